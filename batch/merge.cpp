@@ -89,11 +89,28 @@ std::vector<DamagedFile> find_damaged_summaries(const Plan& plan, const JobFolde
 
 namespace {
 
-MakingFacts making_facts(const Plan& plan, const Description& description) {
+/// Adds the plug-ins that a dataset's or a report's record says took part.
+void add_plugins(const core::Json& record, std::set<std::string>& plugins) {
+  if (!record.has("plugins")) return;
+  for (std::size_t i = 0; i < record.at("plugins").size(); ++i) {
+    const core::Json& one = record.at("plugins").at(i);
+    plugins.insert(fmt::format("{} {} ({})", one.at("name").string(), one.at("version").string(),
+                               one.at("licence").string()));
+  }
+}
+
+MakingFacts making_facts(const Plan& plan, const JobFolder& folder, const Description& description,
+                         const std::vector<ValidationReport>& reports) {
   MakingFacts making{
       .program_version = TERRACAST_VERSION, .configs = {plan.name}, .seeds = {}, .sweep_seed = {}};
   for (const PlannedRun& run : plan.runs)
     making.seeds.push_back(description.run_config(run.index).seed);
+  for (const PlannedRun& run : plan.runs)
+    for (const PlannedFormat& format : run.formats)
+      add_plugins(core::Json::read(folder.dataset() / JobFolder::exported(run, format.name) /
+                                   "dataset.json"),
+                  making.plugins);
+  for (const ValidationReport& report : reports) add_plugins(report.report, making.plugins);
   if (!description.sweep().draws.empty()) making.sweep_seed = description.sweep().seed;
   return making;
 }
@@ -107,7 +124,8 @@ ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context
                      .sequences = summaries(plan, folder, description),
                      .reports = reports(plan, folder),
                      .files = {},
-                     .making = making_facts(plan, description)};
+                     .making = {}};
+  parts.making = making_facts(plan, folder, description, parts.reports);
   for (const core::FileChecksum& checksum : checksums)
     parts.files.push_back(
         {checksum.path, fs::file_size(folder.dataset() / checksum.path), checksum.sha256});

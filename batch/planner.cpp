@@ -81,7 +81,7 @@ class RunPlanner {
                    .changes = changes.text(),
                    .key = {},
                    .edits = {},
-                   .checks = hash_of(config.validation),
+                   .checks = checks_key(config),
                    .world = world_of(config.world),
                    .sequences = {},
                    .formats = formats_of(config)};
@@ -147,23 +147,11 @@ class RunPlanner {
     return costs;
   }
 
-  template <class Options>
-  static std::string hash_of(const Options& options) {
-    const std::string text = core::toml_text(options);
-    return core::content_hash(text + core::plugin_marks(text)).substr(0, 12);
-  }
-
-  /// An export shard also makes the labels and looks up what the dataset's card says of a run's ground.
   std::vector<PlannedFormat> formats_of(const job::RunConfig& config) {
-    std::string made_with = fmt::format("\nwithin_m {}", description_.dataset().within_m);
-    for (const labels::LabelOptions& labels : config.labels)
-      made_with += "\n" + core::toml_text(labels);
     std::vector<PlannedFormat> formats;
-    for (const auto& chosen : config.exports) {
-      const std::string text = core::toml_text(chosen) + made_with;
+    for (const auto& chosen : config.exports)
       formats.push_back(
-          {chosen.format, core::content_hash(text + core::plugin_marks(text)).substr(0, 12)});
-    }
+          {chosen.format, format_key(config, chosen, description_.dataset().within_m)});
     if (formats.empty() && !config.labels.empty() && !std::exchange(has_told_of_labels_, true))
       context_.log.warn(
           "the config names no format, and a batch makes labels with its exports: it makes none; "

@@ -5,7 +5,10 @@
 
 #include "core/hash.h"
 #include "core/plugin_rows.h"
+#include "core/schema_writer.h"
 #include "job/job.h"
+#include "labels/label.h"
+#include "validate/report.h"
 
 namespace terracast::batch {
 namespace {
@@ -45,7 +48,51 @@ std::vector<fs::path> flight_files(const job::RunConfig& config) {
   return lister.files;
 }
 
+/// named   text that names the kinds of plug-ins that take part
+[[noreturn]] void fail_changed_plugin(const PlannedRun& run, const std::string& named) {
+  std::string now;
+  for (const core::Plugin* plugin : core::plugins_named_in(named))
+    now += fmt::format("{}{} {}, {}", now.empty() ? "" : "; ", plugin->name, plugin->version,
+                       plugin->file.string());
+  fail(ErrorKind::Input,
+       "a plug-in of {} is another than when the plan was made (now: {}); bring it back, or take "
+       "the "
+       "change up with `terracast batch plan --update`",
+       run.name, now.empty() ? "none is loaded" : now);
+}
+
+std::string text_of_format(const job::RunConfig& config, const exporters::ExportOptions& chosen,
+                           double within_m) {
+  std::string text = core::toml_text(chosen) + fmt::format("\nwithin_m {}", within_m);
+  for (const labels::LabelOptions& labels : config.labels) text += "\n" + core::toml_text(labels);
+  return text;
+}
+
+std::string short_hash(const std::string& text) { return core::content_hash(text).substr(0, 12); }
+
 }  // namespace
+
+std::string checks_key(const job::RunConfig& config) {
+  return short_hash(core::toml_text(config.validation) +
+                    core::plugin_marks(validate::names_of_checks()));
+}
+
+std::string format_key(const job::RunConfig& config, const exporters::ExportOptions& chosen,
+                       double within_m) {
+  const std::string text = text_of_format(config, chosen, within_m);
+  return short_hash(text + core::plugin_marks(text));
+}
+
+void check_plugins_of_format(const PlannedRun& run, const PlannedFormat& format,
+                             const job::RunConfig& config, double within_m) {
+  for (const auto& chosen : config.exports)
+    if (chosen.format == format.name && format_key(config, chosen, within_m) != format.key)
+      fail_changed_plugin(run, text_of_format(config, chosen, within_m));
+}
+
+void check_plugins_of_checks(const PlannedRun& run, const job::RunConfig& config) {
+  if (checks_key(config) != run.checks) fail_changed_plugin(run, validate::names_of_checks());
+}
 
 std::string hash_of_path(const fs::path& path) {
   std::error_code ignored;
@@ -74,11 +121,7 @@ void check_flight_files(const PlannedRun& run, const std::string& world,
   const auto plugins = core::plugins_named_in(job::toml_of_captures(config));
   if (files.empty() && plugins.empty()) return;
   if (run_key(world, run.edits, config, hash_of_path) == run.key) return;
-  if (files.empty())
-    fail(ErrorKind::Input,
-         "a plug-in of {} has changed since its plan was made ({}); restore it, or take the change "
-         "up with `terracast batch plan --update`",
-         run.name, core::plugin_marks(job::toml_of_captures(config)));
+  if (files.empty()) fail_changed_plugin(run, job::toml_of_captures(config));
   std::string names;
   for (const fs::path& file : files) names += (names.empty() ? "" : ", ") + file.string();
   fail(ErrorKind::Input,

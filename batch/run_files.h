@@ -19,6 +19,21 @@ std::string run_key(const std::string& world, const std::string& edits,
                     const job::RunConfig& config,
                     const std::function<std::string(const std::filesystem::path&)>& hash_of);
 
+/// PlannedRun::checks: a hash of how a run's exports are checked. Plug-ins that add checks count.
+std::string checks_key(const job::RunConfig& config);
+
+/// PlannedFormat::key of an export of a run. An export shard also makes the labels and looks up what the
+/// dataset's card says of a run's ground: that counts too.
+/// within_m   of the dataset's GroundOptions
+std::string format_key(const job::RunConfig& config, const exporters::ExportOptions& chosen,
+                       double within_m);
+
+/// throws   Input: a plug-in that takes part in a format of a run is another than when the plan was made
+void check_plugins_of_format(const PlannedRun& run, const PlannedFormat& format,
+                             const job::RunConfig& config, double within_m);
+/// throws   Input: a plug-in with a check is another than when the plan was made
+void check_plugins_of_checks(const PlannedRun& run, const job::RunConfig& config);
+
 /// throws   Input: a file that its flights are read from is another than when the plan was made, or
 ///          is missing (names it, among others where there are several)
 void check_flight_files(const PlannedRun& run, const std::string& world,

@@ -293,7 +293,9 @@ struct ShardWork::Impl {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
       const PlannedRun& run = run_of(piece.run);
-      const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
+      const PlannedFormat& planned = run.formats[static_cast<std::size_t>(piece.format)];
+      check_plugins_of_format(run, planned, config_of(piece.run), description.dataset().within_m);
+      const std::string& format = planned.name;
       Attempt attempt(folder);
       export_captures(piece, attempt.folder());
       if (piece.format == 0) with_world(piece.run, [&] { summarise(piece.run); });
@@ -334,6 +336,7 @@ struct ShardWork::Impl {
   int validate(const Piece& piece, const fs::path& report) {
     const PlannedRun& run = run_of(piece.run);
     const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
+    check_plugins_of_checks(run, config_of(piece.run));
     int num_failed = 0;
     try {
       const auto checks = with_world(piece.run, [&] {

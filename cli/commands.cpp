@@ -494,13 +494,13 @@ int parse_and_run(int argc, const char* const* argv) {
 
 /// " (thrown by plug-in …)", where the last exception came out of one.
 std::string thrown_by() {
-  const std::string thrower = plugins::thrower_of_last_exception();
+  const std::string thrower = plugins::thrower_of_current_exception();
   return thrower.empty() ? "" : fmt::format(" (thrown by {})", thrower);
 }
 
 /// Names whose bug an unexpected exception is.
 std::string whose_bug() {
-  const std::string thrower = plugins::thrower_of_last_exception();
+  const std::string thrower = plugins::thrower_of_current_exception();
   return thrower.empty() ? "this is a bug of terracast"
                          : fmt::format("this is a bug of {}", thrower);
 }

@@ -136,8 +136,8 @@ void add_plugin_command(CLI::App& app, int& status) {
   check->add_option("FILE", args->file, "The plug-in, a file NAME.so.")->required();
   check
       ->add_option("--keys", args->keys,
-                   "A TOML file with the keys of a kind that has some without a default "
-                   "(repeatable).")
+                   "A TOML file with keys of a kind, as they stand in a config: those without a "
+                   "default, and others to try the laws with (repeatable).")
       ->type_name("KIND=FILE")
       ->allow_extra_args(false);
   check

@@ -90,6 +90,17 @@ std::vector<const Plugin*> plugins_named_in(std::string_view text) {
   return named;
 }
 
+Json plugin_record(std::string_view text) {
+  Json list = Json::array();
+  for (const Plugin* plugin : plugins_named_in(text))
+    list.push(Json::object()
+                  .set("name", plugin->name)
+                  .set("version", plugin->version)
+                  .set("licence", plugin->licence)
+                  .set("xxh3_128", plugin->content_hash));
+  return list;
+}
+
 std::vector<std::string> plugin_arguments() {
   std::vector<std::string> arguments;
   for (const Plugin& plugin : plugins())
@@ -109,6 +120,14 @@ std::string missing_plugin(std::string_view kind) {
       "plug-in {} is not loaded; name its file by --plugin FILE, or its folder in "
       "TERRACAST_PLUGIN_PATH",
       name);
+}
+
+void fail_nothing_made(std::string_view what, std::string_view kind) {
+  const std::size_t dot = kind.find('.');
+  fail(ErrorKind::Internal, "{} {}: its make() returned nothing{}", what, kind,
+       dot == std::string_view::npos
+           ? std::string()
+           : fmt::format("; this is a bug of plug-in {}", kind.substr(0, dot)));
 }
 
 void check_requirement(const std::string& requirement) {

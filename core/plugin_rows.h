@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <typeinfo>
 #include <vector>
+
+#include "core/json.h"
 
 /// Rows that plug-ins add to the tables of kinds: sensors, cameras, layers, exporters, media, checks.
 namespace terracast::core {
@@ -55,6 +58,10 @@ std::string plugin_marks(std::string_view text);
 /// The loaded plug-ins of which `text`, such as a config, names a kind, by name: the order of loading does not count.
 std::vector<const Plugin*> plugins_named_in(std::string_view text);
 
+/// [{"name", "version", "licence", "xxh3_128"}, …] of the loaded plug-ins of which `text` names a kind: what datasets and
+/// reports say of who took part.
+Json plugin_record(std::string_view text);
+
 /// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
 std::vector<std::string> plugin_arguments();
 
@@ -63,6 +70,18 @@ bool is_plugin_name(std::string_view name);
 
 /// "plug-in mine is not loaded; …" for a name "mine.laser" of a kind of a plug-in that is not loaded; empty for others.
 std::string missing_plugin(std::string_view kind);
+
+[[noreturn]] void fail_nothing_made(std::string_view what, std::string_view kind);
+
+/// What a function of a kind made.
+/// what     in the message: "medium"
+/// throws   Internal: nothing; a bug of the plug-in whose kind it is
+template <class Product>
+std::unique_ptr<Product> made(std::unique_ptr<Product> product, std::string_view what,
+                              std::string_view kind) {
+  if (product == nullptr) fail_nothing_made(what, kind);
+  return product;
+}
 
 /// Whether a version fits a plug-in: numbers with dots.
 bool is_plugin_version(std::string_view version);

@@ -243,17 +243,8 @@ Json metadata(std::string_view format, std::string_view format_version, const st
       .set("additions", Json::array_of(all_additions));
   std::string made_by = fmt::format("\"{}\"\n", format);
   for (const capture::SequenceReader& sequence : sequences) made_by += sequence.info().config_toml;
-  if (const std::vector<const core::Plugin*> plugins = core::plugins_named_in(made_by);
-      !plugins.empty()) {
-    Json list = Json::array();
-    for (const core::Plugin* plugin : plugins)
-      list.push(Json::object()
-                    .set("name", plugin->name)
-                    .set("version", plugin->version)
-                    .set("licence", plugin->licence)
-                    .set("xxh3_128", plugin->content_hash));
-    json.set("plugins", std::move(list));
-  }
+  if (Json plugins = core::plugin_record(made_by); plugins.size() > 0)
+    json.set("plugins", std::move(plugins));
   return json;
 }
 

@@ -76,7 +76,7 @@ std::unique_ptr<CameraModel> make_camera(const CameraIntrinsics& intrinsics) {
       fail(ErrorKind::Config, "camera model {}: {} = {} is outside {} to {}", info.name, own.name,
            value, own.lowest, own.highest);
   }
-  return info.make(intrinsics);
+  return core::made(info.make(intrinsics), "camera model", info.name);
 }
 
 }  // namespace terracast::geo

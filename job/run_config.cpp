@@ -19,6 +19,8 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
       "Plug-ins that must be loaded, as \"mine\" or \"mine >= 1.2\"; a config never names their "
       "files (--plugin, TERRACAST_PLUGIN_PATH).",
       {.min_size = 1});
+  // Before the kinds that they bring are sought by name: an older plug-in may lack them.
+  for (const std::string& required : required_plugins) core::check_requirement(required);
   visit.key("seed", seed,
             "Seed of everything that is drawn in the capture: sub-pixel samples, track points.");
   visit.key("data", data, "Folder of source data; written ${data} in the paths of this config.");
@@ -43,7 +45,6 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
 }
 
 void RunConfig::validate() const {
-  for (const std::string& required : required_plugins) core::check_requirement(required);
   if (rigs.empty()) fail(ErrorKind::Config, "no rig; add a [[rigs]] with at least one camera");
   if (trajectories.empty()) fail(ErrorKind::Config, "no trajectory; add a [[trajectories]]");
   std::set<std::string> names;

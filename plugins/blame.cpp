@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <cstring>
+#include <exception>
+#include <mutex>
+#include <utility>
 
 #include "core/error.h"
 #include "core/plugin_rows.h"
@@ -18,7 +20,45 @@ namespace {
 
 constexpr int kMostFrames = 64;
 
-std::atomic<const core::Plugin*> last_thrower{nullptr};
+/// The exceptions that plug-ins threw last, by the places of their objects in memory.
+class Throwers {
+ public:
+  void note(const void* exception, const core::Plugin* plugin) {
+    const std::lock_guard lock(mutex_);
+    // An object of another exception may have lain at that place.
+    for (auto& [known, thrower] : thrown_)
+      if (known == exception) known = nullptr;
+    if (plugin == nullptr) return;
+    thrown_[num_noted_++ % kMostThrown] = {exception, plugin};
+  }
+
+  const core::Plugin* of(const void* exception) {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [known, thrower] : thrown_)
+      if (known == exception) return thrower;
+    return nullptr;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::array<std::pair<const void*, const core::Plugin*>, kMostThrown> thrown_{};
+  std::size_t num_noted_ = 0;
+};
+
+Throwers& throwers() {
+  static Throwers all;
+  return all;
+}
+
+/// The place in memory of the exception object that is being handled; null: there is none.
+const void* current_exception_object() {
+  const std::exception_ptr pointer = std::current_exception();
+  // In the C++ ABI of GCC and Clang an exception_ptr is the object's address and nothing else.
+  static_assert(sizeof(pointer) == sizeof(void*));
+  const void* object = nullptr;
+  std::memcpy(&object, &pointer, sizeof(object));
+  return object;
+}
 
 /// The plug-in whose code stands nearest to the top of a stack; null: none.
 const core::Plugin* plugin_in(void* const* frames, int num_frames) {
@@ -59,8 +99,9 @@ void report_crash(int number) {
 
 }  // namespace
 
-std::string thrower_of_last_exception() {
-  const core::Plugin* plugin = last_thrower.load();
+std::string thrower_of_current_exception() {
+  const void* exception = current_exception_object();
+  const core::Plugin* plugin = exception == nullptr ? nullptr : throwers().of(exception);
   if (plugin == nullptr) return {};
   return fmt::format("plug-in {} {} ({})", plugin->name, plugin->version, plugin->file.string());
 }
@@ -82,10 +123,10 @@ void name_plugins_in_crashes() {
 }
 
 /// Called by __cxa_throw below.
-void note_throw() {
+void note_throw(const void* exception) {
   if (core::plugins().empty()) return;
   std::array<void*, kMostFrames> frames;
-  last_thrower = plugin_in(frames.data(), backtrace(frames.data(), kMostFrames));
+  throwers().note(exception, plugin_in(frames.data(), backtrace(frames.data(), kMostFrames)));
 }
 
 }  // namespace terracast::plugins
@@ -96,7 +137,7 @@ extern "C" [[noreturn]] void terracast_throw(void* thrown, void* type,
                                              void (*destroy)(void*)) __asm__("__cxa_throw");
 
 void terracast_throw(void* thrown, void* type, void (*destroy)(void*)) {
-  terracast::plugins::note_throw();
+  terracast::plugins::note_throw(thrown);
   using Throw = void (*)(void*, void*, void (*)(void*));
   static const auto next = reinterpret_cast<Throw>(dlsym(RTLD_NEXT, "__cxa_throw"));
   next(thrown, type, destroy);

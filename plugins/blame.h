@@ -1,13 +1,17 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 /// Attributes failures to the plug-in whose code raised them.
 namespace terracast::plugins {
 
-/// "plug-in mine 1.2 (/path/mine.so)" if the exception thrown last, in any thread, came out of a plug-in's function or of
-/// what it called; empty: it did not.
-std::string thrower_of_last_exception();
+/// "plug-in mine 1.2 (/path/mine.so)" if the exception that is being handled came out of a plug-in's function or of what
+/// it called, in whatever thread it was thrown; empty: it did not, or kMostThrown others were thrown by plug-ins since.
+std::string thrower_of_current_exception();
+
+/// Exceptions of plug-ins whose throwers are remembered.
+constexpr std::size_t kMostThrown = 256;
 
 /// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) in or below a plug-in's function names the plug-in and ends
 /// the process with status 70 in place of the signal; other crashes end it as they did. Not where a stack overflows on

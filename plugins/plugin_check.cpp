@@ -22,6 +22,7 @@
 #include "core/toml_reader.h"
 #include "plugins/blame.h"
 #include "plugins/law_ground.h"
+#include "rigs/rig.h"
 
 namespace terracast::plugins {
 namespace {
@@ -101,7 +102,7 @@ void hear(std::string& text, Heard& heard) {
 
 /// What the exception that is being handled says.
 std::string words_of_exception() {
-  const std::string thrower = thrower_of_last_exception();
+  const std::string thrower = thrower_of_current_exception();
   const std::string by = thrower.empty() ? "" : ", out of " + thrower;
   try {
     throw;
@@ -229,12 +230,23 @@ struct SensorChoice : core::Choice<sensors::SensorInfo> {
   }
 };
 
+/// A camera of a model with keys as they stand in a config.
+geo::CameraIntrinsics read_camera(const std::string& toml) {
+  rigs::RigOptions rig;
+  rig.name = "laws";
+  rig.cameras.push_back(read_options<rigs::CameraOptions>("name = \"camera\"\n" + toml));
+  return rigs::build_cameras({rig}).front().intrinsics;
+}
+
 /// The laws of one kind, by its type of table.
 void try_laws(const KindInPlugin& kind, const CheckOptions& options, const LawGround& ground,
               const fs::path& folder, LawReport& report) {
   if (kind.type == "camera") {
     const auto& info = core::find_registered(geo::camera_models(), "camera model", kind.name);
     try_camera(example_camera(info), report);
+    if (!options.keys.contains(std::string(kind.name))) return;
+    report.begin("the camera of its keys is read");
+    try_camera(read_camera(toml_of(kind, "model", options)), report);
   } else if (kind.type == "sensor") {
     report.begin("its options are read");
     const auto sensor = read_options<SensorChoice>(toml_of(kind, "kind", options));
@@ -274,10 +286,9 @@ std::vector<KindVerdict> check_plugins(const CheckOptions& options,
                      [&](const KindInPlugin& kind) { return kind.name == name; }))
       fail(ErrorKind::Config, "no loaded plug-in has a kind {}", name);
     if (std::any_of(kinds.begin(), kinds.end(), [&](const KindInPlugin& kind) {
-          return kind.name == name && (kind.type == "camera" || kind.type == "check");
+          return kind.name == name && kind.type == "check";
         }))
-      fail(ErrorKind::Config, "{}: cameras and checks are tried without keys; leave --keys out",
-           name);
+      fail(ErrorKind::Config, "{}: checks have no keys; leave --keys out", name);
   }
   const WorkFolder work(options.folder);
   const LawGround ground{work.path() / "ground"};

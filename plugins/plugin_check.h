@@ -12,7 +12,8 @@
 namespace terracast::plugins {
 
 struct CheckOptions {
-  /// Keys of kinds that have some without a default, as TOML; by a kind's name.
+  /// Keys of kinds as they stand in a config, by a kind's name: those without a default, and others that the laws shall be
+  /// tried with. A camera is tried with them beside its defaults.
   std::map<std::string, std::string> keys;
   double limit_s = 120.0;  ///< of wall time for the laws of one kind; what takes longer hangs
   /// Where worlds and datasets are made; empty: a folder of its own in the system's for temporary files, gone at the end.

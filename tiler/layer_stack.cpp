@@ -291,7 +291,9 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
       surveys.ask(row, layer.kind_options(), inputs_of(layer, {}));
       const LayerInputs inputs = inputs_of(layer, whole_country);
       const std::unique_ptr<GroundSurvey> survey = surveys.take(row);
-      add(survey ? survey->make(inputs) : layer.kind_options().make(inputs), named);
+      add(core::made(survey ? survey->make(inputs) : layer.kind_options().make(inputs), "layer",
+                     layer.kind),
+          named);
     };
     core::with_context(make, fmt::format("preparing layer {}", named.name));
   }

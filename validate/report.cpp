@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/plugin_rows.h"
 #include "validate/diagnosis.h"
 #include "validate/page_bundle.h"
 #include "validate/place.h"
@@ -46,6 +47,12 @@ double share_of_bound(double value, double bound, bool is_lower_bound) {
   const double whole = is_lower_bound ? value : bound;
   if (!(part > 0.0)) return 0.0;
   return whole > 0.0 ? part / whole : std::numeric_limits<double>::infinity();
+}
+
+std::string names_of_checks() {
+  std::string names;
+  for (const NameAndSummary& check : check_list()) names += fmt::format("{}\n", check.name);
+  return names;
 }
 
 Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset) {
@@ -100,6 +107,8 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
                   const PageSource& source, const std::filesystem::path& folder) {
   Json report = report_json(results, source.dataset);
   report.set("causes", causes_json(head.causes));
+  if (Json plugins = core::plugin_record(names_of_checks()); plugins.size() > 0)
+    report.set("plugins", std::move(plugins));
   report.write(folder / "report.json");
   write_page_data(head.title, results, report, source, folder);
   core::write_file(folder / "index.html", dataset_page(head.title, head.lines, report));

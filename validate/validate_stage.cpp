@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/plugin_rows.h"
 #include "core/printable.h"
 #include "core/progress.h"
 #include "validate/check.h"
@@ -153,7 +154,7 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
       if (dataset.sequences.empty() && info.name != "structure") continue;
       if (info.name == "structure" && &sequence != sequences.data())
         continue;  // of the whole dataset
-      checkers.push_back(info.make(options));
+      checkers.push_back(core::made(info.make(options), "check", info.name));
     }
     FrameWindow window(dataset, sequence, findings);
     std::int64_t num_comparisons = 0;

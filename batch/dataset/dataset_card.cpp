@@ -350,6 +350,11 @@ class Card {
     if (!making.seeds.empty()) text += fmt::format(", seeds {}", seed_text(making.seeds));
     if (making.sweep_seed)
       text += fmt::format(", draws of the sweep by seed {}", *making.sweep_seed);
+    std::vector<std::string> plugins;
+    for (const std::string& plugin : making.plugins) plugins.push_back(markdown_text(plugin));
+    if (!plugins.empty())
+      text += fmt::format(", with the plug-in{} {}", plugins.size() == 1 ? "" : "s",
+                          fmt::join(plugins, ", "));
     return text +
            ". The same configs, seeds and sources give the same bytes, this card included, on any "
            "number of machines.\n";

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -129,9 +130,10 @@ struct PlotFacts {
 /// How the runs were made.
 struct MakingFacts {
   std::string program_version;
-  std::vector<std::string> configs;  ///< their names
+  std::vector<std::string> configs;        ///< their names
   std::vector<std::int64_t> seeds;         ///< of the runs
   std::optional<std::int64_t> sweep_seed;  ///< of what was drawn for the runs
+  std::set<std::string> plugins = {};      ///< that took part: "mine 1.2 (MIT)"
 };
 
 struct DatasetFacts {

@@ -42,14 +42,15 @@ void MediumChoice::describe(core::SchemaVisitor& visit) {
 
 std::vector<std::unique_ptr<Medium>> make_media(const std::vector<MediumChoice>& chosen,
                                                 const MediumSite& site) {
-  std::vector<std::unique_ptr<Medium>> made;
-  const auto add = [&](std::unique_ptr<Medium> medium) {
-    if (medium->is_any()) made.push_back(std::move(medium));
+  std::vector<std::unique_ptr<Medium>> media_of_scene;
+  const auto add = [&](const MediumOptions& options, std::string_view kind) {
+    std::unique_ptr<Medium> medium = core::made(options.make(site), "medium", kind);
+    if (medium->is_any()) media_of_scene.push_back(std::move(medium));
   };
   for (const MediumInfo& info : media())
-    if (info.is_always) add(info.make()->make(site));
-  for (const MediumChoice& one : chosen) add(one->make(site));
-  return made;
+    if (info.is_always) add(*info.make(), info.name);
+  for (const MediumChoice& one : chosen) add(*one, one.kind());
+  return media_of_scene;
 }
 
 }  // namespace terracast::scene

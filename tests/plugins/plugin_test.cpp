@@ -31,8 +31,13 @@ ProgramResult terracast(const std::vector<std::string>& arguments) {
 }
 
 TEST(Plugins, OneOfEachKindKeepsEveryLaw) {
-  const ProgramResult checked = terracast({"plugin", "check", plugin("sample"), "--verbose"});
+  const ScratchFolder folder;
+  core::write_file(folder / "around.toml", "width_px = 96\nheight_px = 64\nfx_px = 40.0\n");
+  const std::string keys = "sample.stereographic=" + (folder / "around.toml").string();
+  const ProgramResult checked =
+      terracast({"plugin", "check", plugin("sample"), "--verbose", "--keys", keys});
   EXPECT_EQ(checked.status, 0) << checked.output;
+  EXPECT_THAT(checked.output, HasSubstr("the camera of its keys is read"));
   for (const char* kind : {"sensor    sample.altimeter: keeps",
                            "camera    sample.stereographic: keeps", "layer     sample.dunes: keeps",
                            "exporter  sample.places: keeps", "medium    sample.smoke_layer: keeps",
@@ -62,6 +67,8 @@ TEST(Plugins, WhatIsWrongIsNamedAndTheOthersAreTriedAllTheSame) {
                             "exporter  broken.dated: REFUSED",
                             "has other bytes",
                             "medium    broken.brightening: REFUSED",
+                            "medium    broken.absent: REFUSED",
+                            "its make() returned nothing; this is a bug of plug-in broken",
                             "check     broken.strict: REFUSED",
                             "broken.strict is 2",
                             "broken.so: refused for"})
@@ -94,6 +101,7 @@ TEST(Plugins, FilesThatAreNoneAreRefused) {
   refuse((folder / "missing.so").string(), 4, "missing.so");
   refuse(plugin("no_table"), 3, "terracast_plugin_v1");
   refuse(plugin("wrong_names"), 3, "names of its kinds are wrong.NAME");
+  refuse(plugin("nothing_made"), 3, "sensor nothing.laser has no maker, or one that throws or");
   const ProgramResult truncated =
       terracast({"list", "sensors", "--plugin", (folder / "truncated.so").string()});
   EXPECT_EQ(truncated.status, 3) << truncated.output;
@@ -205,7 +213,14 @@ TEST(Plugins, KindsOfOneServeAWholeJob) {
   const ProgramResult ran = terracast({"run", config, "--out", out, "--plugin", plugin("sample")});
   ASSERT_EQ(ran.status, 0) << ran.output;
   EXPECT_THAT(ran.output, HasSubstr("no reader knows the format sample.places"));
-  EXPECT_THAT(core::read_text_file(out + "/report/report.json"), HasSubstr("terracast/turn_rate\""));
+  EXPECT_THAT(core::read_text_file(out + "/report/report.json"),
+              HasSubstr("terracast/turn_rate\""));
+  EXPECT_EQ(core::Json::read(out + "/report/terracast/report.json")
+                .at("plugins")
+                .at(0)
+                .at("name")
+                .string(),
+            "sample");
   // Height over ground of dunes, and what made it is told.
   const std::string heights =
       core::read_text_file(out + "/export/terracast/P000/sensors/flat/baro.csv");
@@ -219,6 +234,37 @@ TEST(Plugins, KindsOfOneServeAWholeJob) {
   }
   EXPECT_THAT(core::Json::read(out + "/capture/P000/sequence.json").at("config_toml").string(),
               HasSubstr("# plugin sample 1.2 "));
+}
+
+// Bytes after the end of a shared object do not count for the loader: the same code, another file.
+TEST(Plugins, ABatchTakesUpAChangedOne) {
+  const ScratchFolder folder;
+  std::string text = job_text("");
+  text += "[sweep]\nseed = 1\n[[sweep.product]]\nkey = \"seed\"\nvalues = [3]\n";
+  core::write_file(folder / "batch.toml", text);
+  const std::string out = (folder / "out").string();
+  const std::string edited = (folder / "edited.so").string();
+  core::write_file(edited, core::read_text_file(plugin("sample")) + "edited");
+  const auto batch = [&](std::vector<std::string> arguments, const std::string& file) {
+    arguments.insert(arguments.begin(), "batch");
+    arguments.insert(arguments.end(), {"--plugin", file});
+    return terracast(arguments);
+  };
+  const std::string config = (folder / "batch.toml").string();
+  const ProgramResult planned = batch({"plan", config, "--out", out}, plugin("sample"));
+  ASSERT_EQ(planned.status, 0) << planned.output;
+  const ProgramResult made = batch({"run", out}, plugin("sample"));
+  ASSERT_EQ(made.status, 0) << made.output;
+  EXPECT_THAT(core::read_text_file(out + "/dataset/README.md"),
+              HasSubstr("with the plug-in sample 1.2 (MIT)"));
+  // Nothing is left to do, so that nothing is refused; a plan with the other file makes all again.
+  const ProgramResult updated = batch({"plan", config, "--out", out, "--update"}, edited);
+  ASSERT_EQ(updated.status, 0) << updated.output;
+  const ProgramResult refused = batch({"run", out}, plugin("sample"));
+  EXPECT_NE(refused.status, 0) << refused.output;
+  EXPECT_THAT(refused.output, HasSubstr("is another than when the plan was made"));
+  const ProgramResult again = batch({"run", out}, edited);
+  EXPECT_EQ(again.status, 0) << again.output;
 }
 
 TEST(Plugins, AConfigSaysWhichItNeeds) {
@@ -238,6 +284,14 @@ TEST(Plugins, AConfigSaysWhichItNeeds) {
   const ProgramResult older = resolve("requires = [\"sample >= 1.10\"]", loaded);
   EXPECT_EQ(older.status, 2);
   EXPECT_THAT(older.output, HasSubstr("sample 1.2"));
+  std::string newer = job_text("requires = [\"sample >= 1.10\"]");
+  newer.replace(newer.find("sample.altimeter"), 16, "sample.sonar");
+  core::write_file(folder / "newer.toml", newer);
+  const ProgramResult lacking =
+      terracast({"config", "resolve", (folder / "newer.toml").string(), loaded[0]});
+  EXPECT_EQ(lacking.status, 2);
+  EXPECT_THAT(lacking.output, AllOf(HasSubstr("newer.toml"), HasSubstr("sample 1.2"),
+                                    HasSubstr("is older than the config requires")));
   const ProgramResult other = resolve("requires = [\"other\"]", loaded);
   EXPECT_EQ(other.status, 2);
   EXPECT_THAT(other.output, HasSubstr("plug-in other is not loaded"));

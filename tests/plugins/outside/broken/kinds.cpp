@@ -137,6 +137,15 @@ struct BrighteningMedium : scene::MediumOptions {
   }
 };
 
+/// Its options are there, and make no medium.
+struct AbsentMedium : scene::MediumOptions {
+  void describe(core::SchemaVisitor&) override {}
+  std::unique_ptr<MediumOptions> clone() const override {
+    return std::make_unique<AbsentMedium>(*this);
+  }
+  std::unique_ptr<scene::Medium> make(const scene::MediumSite&) const override { return nullptr; }
+};
+
 /// Raises the ground by how often it has been asked.
 struct CountingLayer : tiler::LayerKind {
   void describe(core::SchemaVisitor&) override {}
@@ -220,6 +229,12 @@ geo::CameraModelInfo shifted_camera() {
 scene::MediumInfo brightening_medium() {
   return {.name = "broken.brightening", .summary = "brightens what is behind", .make = [] {
             return std::unique_ptr<scene::MediumOptions>(std::make_unique<BrighteningMedium>());
+          }};
+}
+
+scene::MediumInfo absent_medium() {
+  return {.name = "broken.absent", .summary = "makes nothing", .make = [] {
+            return std::unique_ptr<scene::MediumOptions>(std::make_unique<AbsentMedium>());
           }};
 }
 

@@ -19,6 +19,7 @@ terracast::geo::CameraModelInfo shifted_camera();
 terracast::tiler::LayerKindInfo counting_layer();
 terracast::exporters::ExporterInfo dated_exporter();
 terracast::scene::MediumInfo brightening_medium();
+terracast::scene::MediumInfo absent_medium();
 terracast::validate::CheckInfo strict_check();
 
 }  // namespace broken
