@@ -1,7 +1,7 @@
 #include "job/afloat.h"
 
 #include <algorithm>
-#include <optional>
+#include <limits>
 #include <vector>
 
 #include "core/error.h"
@@ -38,7 +38,7 @@ class WaterSearch {
 
   bool has_water_near(const Vector2d& place_world) {
     // What is ashore in one frame mostly is in the next, beside the same water.
-    if (seen_world_ && (*seen_world_ - place_world).norm() <= kNear_m) return true;
+    if ((seen_world_ - place_world).norm() <= kNear_m) return true;
     for (const Vector2d& offset : offsets_)
       if (const Vector2d at = place_world + offset;
           world::is_water(surface_.sample(at.x(), at.y()).cover)) {
@@ -51,7 +51,7 @@ class WaterSearch {
  private:
   const tiler::WorldSurface& surface_;
   std::vector<Vector2d> offsets_;
-  std::optional<Vector2d> seen_world_;
+  Vector2d seen_world_ = Vector2d::Constant(std::numeric_limits<double>::infinity());  ///< none yet
 };
 
 }  // namespace

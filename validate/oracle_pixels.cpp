@@ -283,9 +283,10 @@ class Chooser {
     for_all(pairs.size(), [&](std::size_t i) {
       Pair& pair = pairs[i];
       while (pair.jump > kJump && std::max(pair.b.x - pair.a.x, pair.b.y - pair.a.y) > 1) {
-        OraclePixel middle = pair.a;
-        middle.x = (pair.a.x + pair.b.x) / 2;
-        middle.y = (pair.a.y + pair.b.y) / 2;
+        OraclePixel middle{.x = (pair.a.x + pair.b.x) / 2,
+                           .y = (pair.a.y + pair.b.y) / 2,
+                           .reason = pair.a.reason,
+                           .hit = {}};
         middle.hit = hit_at(middle.center());
         const double before = jump_between(pair.a.hit, middle.hit);
         const double after = jump_between(middle.hit, pair.b.hit);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "core/random.h"
@@ -62,7 +63,7 @@ std::optional<double> land_edge_m(const PlanGround& ground, const Shore& shore, 
   return on_land_m;
 }
 
-bool is_all_sea(const PlanGround& ground, const PointsWorld& places) {
+bool is_all_sea(const PlanGround& ground, std::initializer_list<Point> places) {
   return std::all_of(places.begin(), places.end(), [&](const Point& at) {
     return ground.is_in_square(at, 20.0) && ground.is_sea_at(at);
   });
