@@ -1,6 +1,10 @@
 #include "batch/run_files.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "core/hash.h"
@@ -8,7 +12,7 @@
 #include "core/schema_writer.h"
 #include "job/job.h"
 #include "labels/label.h"
-#include "validate/report.h"
+#include "validate/check.h"
 
 namespace terracast::batch {
 namespace {
@@ -55,10 +59,16 @@ std::vector<fs::path> flight_files(const job::RunConfig& config) {
     now += fmt::format("{}{} {}, {}", now.empty() ? "" : "; ", plugin->name, plugin->version,
                        plugin->file.string());
   fail(ErrorKind::Input,
-       "a plug-in of {} is another than when the plan was made (now: {}); bring it back, or take "
-       "the "
-       "change up with `terracast batch plan --update`",
+       "a plug-in of {} is not the one that its plan was made with (now: {}); bring that one back, "
+       "or "
+       "take the change up with `terracast batch plan --update`",
        run.name, now.empty() ? "none is loaded" : now);
+}
+
+std::vector<std::string> names_of(const std::vector<const core::Plugin*>& plugins) {
+  std::vector<std::string> names;
+  for (const core::Plugin* plugin : plugins) names.push_back(plugin->name);
+  return names;
 }
 
 std::string text_of_format(const job::RunConfig& config, const exporters::ExportOptions& chosen,
@@ -70,28 +80,41 @@ std::string text_of_format(const job::RunConfig& config, const exporters::Export
 
 std::string short_hash(const std::string& text) { return core::content_hash(text).substr(0, 12); }
 
+constexpr char kBeforePlugins = '+';
+
+/// Of what a text says, and apart from it of the plug-ins of which it, or another, names a kind.
+std::string key_of(const std::string& text, const std::string& named) {
+  const std::string marks = core::plugin_marks(named);
+  return short_hash(text) + (marks.empty() ? "" : kBeforePlugins + short_hash(marks));
+}
+
+/// The plug-ins' part of such a key.
+std::string_view plugins_in(std::string_view key) {
+  return key.substr(std::min(key.find(kBeforePlugins), key.size()));
+}
+
 }  // namespace
 
 std::string checks_key(const job::RunConfig& config) {
-  return short_hash(core::toml_text(config.validation) +
-                    core::plugin_marks(validate::names_of_checks()));
+  return key_of(core::toml_text(config.validation), validate::names_of_checks());
 }
 
 std::string format_key(const job::RunConfig& config, const exporters::ExportOptions& chosen,
                        double within_m) {
   const std::string text = text_of_format(config, chosen, within_m);
-  return short_hash(text + core::plugin_marks(text));
+  return key_of(text, text);
 }
 
-void check_plugins_of_format(const PlannedRun& run, const PlannedFormat& format,
+void check_plugins_of_format(const PlannedRun& run, std::size_t format,
                              const job::RunConfig& config, double within_m) {
-  for (const auto& chosen : config.exports)
-    if (chosen.format == format.name && format_key(config, chosen, within_m) != format.key)
-      fail_changed_plugin(run, text_of_format(config, chosen, within_m));
+  const exporters::ExportOptions& chosen = config.exports.at(format);
+  if (plugins_in(format_key(config, chosen, within_m)) != plugins_in(run.formats[format].key))
+    fail_changed_plugin(run, text_of_format(config, chosen, within_m));
 }
 
 void check_plugins_of_checks(const PlannedRun& run, const job::RunConfig& config) {
-  if (checks_key(config) != run.checks) fail_changed_plugin(run, validate::names_of_checks());
+  if (plugins_in(checks_key(config)) != plugins_in(run.checks))
+    fail_changed_plugin(run, validate::names_of_checks());
 }
 
 std::string hash_of_path(const fs::path& path) {
@@ -125,9 +148,12 @@ void check_flight_files(const PlannedRun& run, const std::string& world,
   std::string names;
   for (const fs::path& file : files) names += (names.empty() ? "" : ", ") + file.string();
   fail(ErrorKind::Input,
-       "{}: {} of {} is another than when the plan was made; bring it back, or take the change up "
-       "with `terracast batch plan --update`",
-       names, files.size() == 1 ? "this flight" : "one of these flights", run.name);
+       "{}: {} of {}{} is not the one that the plan was made with; bring it back, or take the "
+       "change "
+       "up with `terracast batch plan --update`",
+       names, files.size() == 1 ? "this flight" : "one of these flights", run.name,
+       plugins.empty() ? std::string()
+                       : fmt::format(", or plug-in {}", fmt::join(names_of(plugins), ", ")));
 }
 
 }  // namespace terracast::batch

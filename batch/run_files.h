@@ -28,10 +28,11 @@ std::string checks_key(const job::RunConfig& config);
 std::string format_key(const job::RunConfig& config, const exporters::ExportOptions& chosen,
                        double within_m);
 
-/// throws   Input: a plug-in that takes part in a format of a run is another than when the plan was made
-void check_plugins_of_format(const PlannedRun& run, const PlannedFormat& format,
+/// format   into PlannedRun::formats
+/// throws   Input: a plug-in that takes part in it is not the one that the plan was made with
+void check_plugins_of_format(const PlannedRun& run, std::size_t format,
                              const job::RunConfig& config, double within_m);
-/// throws   Input: a plug-in with a check is another than when the plan was made
+/// throws   Input: the plug-ins with checks are not those that the plan was made with
 void check_plugins_of_checks(const PlannedRun& run, const job::RunConfig& config);
 
 /// throws   Input: a file that its flights are read from is another than when the plan was made, or

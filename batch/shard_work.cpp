@@ -293,9 +293,9 @@ struct ShardWork::Impl {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
       const PlannedRun& run = run_of(piece.run);
-      const PlannedFormat& planned = run.formats[static_cast<std::size_t>(piece.format)];
-      check_plugins_of_format(run, planned, config_of(piece.run), description.dataset().within_m);
-      const std::string& format = planned.name;
+      const auto number = static_cast<std::size_t>(piece.format);
+      check_plugins_of_format(run, number, config_of(piece.run), description.dataset().within_m);
+      const std::string& format = run.formats[number].name;
       Attempt attempt(folder);
       export_captures(piece, attempt.folder());
       if (piece.format == 0) with_world(piece.run, [&] { summarise(piece.run); });

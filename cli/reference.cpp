@@ -141,7 +141,7 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   std::vector<std::pair<std::string, std::vector<KeyInfo>>> result;
   for (const auto& kind : tiler::layer_kinds())
     result.emplace_back(fmt::format("layers of kind {}", kind.name),
-                        keys_of(*kind.make(), "world.layer[]."));
+                        keys_of(*core::made(kind.make(), "layer", kind.name), "world.layer[]."));
   for (const auto& shape : rigs::rig_templates())
     result.emplace_back(fmt::format("rigs of template {}", shape.name),
                         keys_of(*shape.make(), "rigs[]."));
@@ -159,17 +159,20 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
                         keys_of(lens, "rigs[].cameras[]."));
   }
   for (const auto& kind : sensors::sensors())
-    result.emplace_back(fmt::format("sensors of kind {}", kind.name),
-                        keys_of(*kind.make(), "rigs[].sensors[]."));
+    result.emplace_back(
+        fmt::format("sensors of kind {}", kind.name),
+        keys_of(*core::made(kind.make(), "sensor", kind.name), "rigs[].sensors[]."));
   for (const auto& kind : scene::media())
-    result.emplace_back(fmt::format("media of kind {}", kind.name),
-                        keys_of(*kind.make(), "conditions.media[]."));
+    result.emplace_back(
+        fmt::format("media of kind {}", kind.name),
+        keys_of(*core::made(kind.make(), "medium", kind.name), "conditions.media[]."));
   for (const auto& kind : labels::labels())
     result.emplace_back(fmt::format("labels of kind {}", kind.name),
                         keys_of(*kind.make(), "labels[]."));
   for (const auto& format : exporters::exporters())
-    result.emplace_back(fmt::format("exports of format {}", format.name),
-                        keys_of(*format.make(), "exports[]."));
+    result.emplace_back(
+        fmt::format("exports of format {}", format.name),
+        keys_of(*core::made(format.make(), "export format", format.name), "exports[]."));
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/cloned.h"
+#include "core/plugin_rows.h"
 #include "core/registry.h"
 #include "core/schema.h"
 #include "core/schema_writer.h"
@@ -35,9 +36,11 @@ class KindOptions {
 
   /// Describes the keys of a kind.
   /// what      in messages: "sensor"
+  /// throws    Config: no such kind; Internal: one of a plug-in that makes nothing
   void describe(SchemaVisitor& visit, std::span<const Info> table, std::string_view what,
                 const std::string& kind) {
-    if (!options_ || kind != kind_) set(kind, find_registered(table, what, kind).make());
+    if (!options_ || kind != kind_)
+      set(kind, made(find_registered(table, what, kind).make(), what, kind));
     options_->describe(visit);
   }
 

@@ -178,7 +178,7 @@ void parallel_for_on_threads(std::int64_t count, int num_threads,
     for (std::int64_t i = 0; i < std::min<std::int64_t>(num_threads, count); ++i) {
       try {
         threads.emplace_back(work);
-      } catch (const std::system_error&) {  // the system gives no more: those that there are do all
+      } catch (const std::system_error&) {  // no more can be started: those running do all the work
         if (threads.empty()) throw;
         break;
       }

@@ -10,10 +10,10 @@
 #include <typeinfo>
 #include <vector>
 
-#include "core/json.h"
-
 /// Rows that plug-ins add to the tables of kinds: sensors, cameras, layers, exporters, media, checks.
 namespace terracast::core {
+
+class Json;
 
 /// A plug-in that the program has loaded.
 struct Plugin {
@@ -71,11 +71,12 @@ bool is_plugin_name(std::string_view name);
 /// "plug-in mine is not loaded; …" for a name "mine.laser" of a kind of a plug-in that is not loaded; empty for others.
 std::string missing_plugin(std::string_view kind);
 
+/// The failure of made().
 [[noreturn]] void fail_nothing_made(std::string_view what, std::string_view kind);
 
-/// What a function of a kind made.
+/// What the make() of a kind returned.
 /// what     in the message: "medium"
-/// throws   Internal: nothing; a bug of the plug-in whose kind it is
+/// throws   Internal: it is null, a bug of the plug-in that the kind is of
 template <class Product>
 std::unique_ptr<Product> made(std::unique_ptr<Product> product, std::string_view what,
                               std::string_view kind) {

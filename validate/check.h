@@ -117,6 +117,8 @@ struct NameAndSummary {
   std::string_view summary;
 };
 std::vector<NameAndSummary> check_list();
+/// A line for each of all checks, as core::plugin_marks() takes them.
+std::string names_of_checks();
 std::vector<std::string> format_names();
 
 }  // namespace terracast::validate

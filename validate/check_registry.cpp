@@ -52,6 +52,12 @@ std::vector<NameAndSummary> check_list() {
   return list;
 }
 
+std::string names_of_checks() {
+  std::string names;
+  for (const NameAndSummary& check : check_list()) names += fmt::format("{}\n", check.name);
+  return names;
+}
+
 std::vector<std::string> format_names() { return reader_names(); }
 
 CheckResult skipped_result(std::string name, std::string why) {

@@ -49,12 +49,6 @@ double share_of_bound(double value, double bound, bool is_lower_bound) {
   return whole > 0.0 ? part / whole : std::numeric_limits<double>::infinity();
 }
 
-std::string names_of_checks() {
-  std::string names;
-  for (const NameAndSummary& check : check_list()) names += fmt::format("{}\n", check.name);
-  return names;
-}
-
 Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset) {
   Json list = Json::array();
   Json unseen = Json::array();

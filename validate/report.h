@@ -17,9 +17,6 @@ struct ReportHead {
   std::vector<Cause> causes = {};  ///< what is wrong, in words
 };
 
-/// A line for each check of the table, as core::plugin_marks() takes them.
-std::string names_of_checks();
-
 /// dataset   that the results are of: each check that names an image has its `place`
 core::Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset = nullptr);
 

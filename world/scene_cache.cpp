@@ -20,6 +20,9 @@ namespace {
 /// How long to wait for readers to let go of evicted scenes before looking again: about as long as
 /// a packet is cast in one tile.
 constexpr std::chrono::microseconds kLookAgain{50};
+/// And before looking again whether a tile that was loading takes less than what is set aside for it: about as long as
+/// one is built.
+constexpr std::chrono::milliseconds kLookAgainAtLoads{5};
 /// All tiles may be evicted, or all but those needed now.
 constexpr std::int64_t kAnyTurn = -1;
 constexpr std::int64_t kNow = 0;
@@ -155,8 +158,7 @@ void SceneCache::run_units(std::int64_t count, const std::function<void(std::int
     const std::lock_guard lock(mutex_);
     turns_.set_num_processors(num_processors);
   }
-  const int units_at_once =
-      std::max(num_processors, std::clamp(2 * num_processors, units_paid_for_, kMostUnits));
+  const int units_at_once = std::clamp(2 * num_processors, units_paid_for_, kMostUnits);
   core::parallel_for_on_threads(count, units_at_once, [&](std::int64_t i) {
     const Turn turn(*this);
     core::throw_if_stop_asked();  // meanwhile
@@ -314,9 +316,8 @@ SceneCache::Room SceneCache::take_room(std::size_t tile_index, std::int64_t afte
     if (drop_packed(std::max(after_turn, kNow), tile_index) || evict_one(after_turn) ||
         drop_packed(after_turn, tile_index))
       continue;
-    // A tile that is loading may turn out smaller than what is set aside for it.
-    if (bytes_retired_ > 0 || bytes_loading_ > 0 || turns_.has_promises())
-      return Room::HeldByReaders;
+    if (bytes_retired_ > 0 || turns_.has_promises()) return Room::HeldByReaders;
+    if (bytes_loading_ > 0) return Room::HeldByLoads;
     // Nothing else is left: what the tile itself is packed in may be what it lacks room for.
     if (after_turn == kAnyTurn && slots_[tile_index].packed != nullptr) {
       forget_packed(slots_[tile_index]);
@@ -411,7 +412,8 @@ void SceneCache::put_away(Freed& freed) {
     std::unique_ptr<const PackedTile> packed;
     if (retired.scene->objects() != nullptr) try {
         packed = std::make_unique<const PackedTile>(retired.scene->packed());
-      } catch (const std::exception&) {  // no memory: it comes from its file again
+      } catch (const std::exception&) {
+        // It comes from its file again, and its bytes must be subtracted below, whatever failed.
       }
     retired.scene.reset();
     bytes_untrimmed_ += bytes;
@@ -484,6 +486,9 @@ void SceneCache::prefetch_loop(const std::stop_token& stop) {
         break;
       case Room::HeldByReaders:
         std::this_thread::sleep_for(kLookAgain);
+        break;
+      case Room::HeldByLoads:
+        std::this_thread::sleep_for(kLookAgainAtLoads);
         break;
       case Room::None:  // until something else is expected
         next = std::numeric_limits<std::size_t>::max();

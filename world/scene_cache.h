@@ -130,9 +130,9 @@ class SceneCache {
     std::unique_ptr<const TileScene> scene;
   };
   using Freed = std::vector<Retired>;
-  /// BeingFreed: what has been freed must be put away first. HeldByReaders: by readers, by tiles that are loading, or for
-  /// units that it is promised to.
-  enum class Room { Taken, BeingFreed, HeldByReaders, None };
+  /// BeingFreed: what has been freed must be put away first. HeldByReaders: by readers, or for units that it is
+  /// promised to. HeldByLoads: set aside for tiles that are loading, which may turn out smaller.
+  enum class Room { Taken, BeingFreed, HeldByReaders, HeldByLoads, None };
   class Turn;
 
   /// Where this thread runs a unit: gives its processor up for a while.

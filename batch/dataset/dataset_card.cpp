@@ -356,8 +356,10 @@ class Card {
       text += fmt::format(", with the plug-in{} {}", plugins.size() == 1 ? "" : "s",
                           fmt::join(plugins, ", "));
     return text +
-           ". The same configs, seeds and sources give the same bytes, this card included, on any "
-           "number of machines.\n";
+           fmt::format(
+               ". The same configs, seeds{} sources give the same bytes, this card included, "
+               "on any number of machines.\n",
+               plugins.empty() ? " and" : ", plug-ins and");
   }
 
   /// "1 to 40, 50".

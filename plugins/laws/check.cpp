@@ -13,7 +13,7 @@ std::vector<CheckResult> run_check(const validate::CheckInfo& check,
                                    const validate::Dataset& dataset,
                                    const validate::Sequence& sequence) {
   validate::Findings findings;
-  const auto checker = check.make({});
+  const auto checker = core::made(check.make({}), "check", check.name);
   validate::FrameWindow window(dataset, sequence, findings);
   while (window.advance()) checker->frame(window, window.pairs());
   return checker->finish(dataset, sequence);

@@ -160,13 +160,11 @@ class MediumLaws {
 void try_medium(const core::Choice<scene::MediumInfo>& medium, const LawScene& world,
                 LawReport& report) {
   report.begin("it is made of its options");
-  const auto made = medium->make({.store = world.scene.store(),
-                                  .sky = world.scene.sky(),
-                                  .sea_level_m = world.scene.ground().climate().sea_level_m});
-  if (made == nullptr) {
-    report.broken("make returns nothing");
-    return;
-  }
+  const auto made =
+      core::made(medium->make({.store = world.scene.store(),
+                               .sky = world.scene.sky(),
+                               .sea_level_m = world.scene.ground().climate().sea_level_m}),
+                 "medium", medium.kind());
   MediumLaws(*made, world, report).try_all();
 }
 

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <limits>
 
+#include "core/plugin_rows.h"
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
 #include "validate/sequence_part.h"
@@ -328,7 +329,7 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
   for (const CheckInfo& info : checks()) {
     const bool is_of_origin = info.name == "georeference" && is_wanted("georeference_origin");
     if ((!is_wanted(info.name) && !is_of_origin) || info.name == "structure") continue;
-    checkers.push_back(info.make(options));
+    checkers.push_back(core::made(info.make(options), "check", info.name));
     needs_frames =
         needs_frames || (info.name != "georeference" && info.name != "calibration" &&
                          info.name != "trajectory" && info.name != "oxts" && info.name != "motion");
