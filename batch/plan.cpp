@@ -69,6 +69,13 @@ int number_from(const Json& json, std::int64_t end) {
 constexpr std::int64_t kManyTries = 1000001;
 constexpr std::int64_t kManyFrames = std::int64_t{1} << 31;
 
+/// A format's name is a folder's too; one of a plug-in has a dot.
+bool is_format_name(const std::string& name) {
+  const std::size_t dot = name.find('.');
+  return capture::is_safe_name(name.substr(0, dot)) &&
+         (dot == std::string::npos || capture::is_safe_name(name.substr(dot + 1)));
+}
+
 PlannedRun run_from_json(const Json& json, std::size_t num_worlds) {
   PlannedRun run{.name = json.at("name").string(),
                  .index = json.at("index").integer(),
@@ -91,7 +98,7 @@ PlannedRun run_from_json(const Json& json, std::size_t num_worlds) {
   for (std::size_t i = 0; i < json.at("formats").size(); ++i) {
     const Json& format = json.at("formats").at(i);
     run.formats.push_back({format.at(0).string(), format.at(1).string()});
-    if (!capture::is_safe_name(run.formats.back().name))
+    if (!is_format_name(run.formats.back().name))
       fail(ErrorKind::Input, "\"{}\" cannot be a folder", run.formats.back().name);
   }
   return run;
