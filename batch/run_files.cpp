@@ -82,7 +82,7 @@ std::string short_hash(const std::string& text) { return core::content_hash(text
 
 constexpr char kBeforePlugins = '+';
 
-/// Of what a text says, and apart from it of the plug-ins of which it, or another, names a kind.
+/// The hash of a text, then that of the plug-ins whose kinds `named` names, where there are any.
 std::string key_of(const std::string& text, const std::string& named) {
   const std::string marks = core::plugin_marks(named);
   return short_hash(text) + (marks.empty() ? "" : kBeforePlugins + short_hash(marks));
