@@ -65,7 +65,7 @@ TEST(BatchRecording, AChangedFileIsRefusedByNameAndAnUpdateFliesItAnew) {
   const auto refused = run(job);
   EXPECT_NE(refused.status, 0);
   EXPECT_THAT(refused.output, AllOf(HasSubstr(flight.string()),
-                                    HasSubstr("is another than when the plan was made")));
+                                    HasSubstr("is not the one that the plan was made with")));
   EXPECT_FALSE(fs::exists(job / "dataset/kitti"));
 
   write_flight(flight, -300.0);
