@@ -4,8 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -24,6 +26,7 @@
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/parallel.h"
+#include "core/plugin_rows.h"
 #include "core/registry.h"
 #include "core/schema_writer.h"
 #include "geo/geoid.h"
@@ -505,9 +508,37 @@ std::string whose_bug() {
                          : fmt::format("this is a bug of {}", thrower);
 }
 
+std::atomic<bool> is_at_work = false;
+
+/// Called by exit() and quick_exit(). Of a command that is at work they end a process that has made half of its files, with
+/// whatever status: nothing of ours calls them then.
+void refuse_exit_at_work() {
+  if (!is_at_work) return;
+  std::fputs("error: exit() was called while the command was at work", stderr);
+  for (const core::Plugin& plugin : core::plugins())
+    std::fprintf(stderr, "; plug-in %s is loaded (%s)", plugin.name.c_str(), plugin.file.c_str());
+  std::fputs("; what is not done yet is missing\n", stderr);
+  _exit(core::exit_status(ErrorKind::Internal));
+}
+
+/// From its making to its end a command is at work.
+class AtWork {
+ public:
+  AtWork() {
+    static const bool is_registered = [] {
+      return std::atexit(refuse_exit_at_work) == 0 && std::at_quick_exit(refuse_exit_at_work) == 0;
+    }();
+    is_at_work = is_registered;
+  }
+  ~AtWork() { is_at_work = false; }
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+};
+
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
+  const AtWork at_work;
   try {
     const std::vector<const char*> others = load_named_plugins(argc, argv);
     const int status = parse_and_run(static_cast<int>(others.size()), others.data());

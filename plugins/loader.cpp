@@ -1,8 +1,10 @@
 #include "plugins/loader.h"
 
 #include <dlfcn.h>
+#include <elf.h>
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 
 #include "core/atomic_file.h"
@@ -56,6 +58,28 @@ std::span<const TableType> table_types() {
 std::vector<KindInPlugin>& all_kinds() {
   static std::vector<KindInPlugin> kinds;
   return kinds;
+}
+
+/// Whether a file ends before what it says is loaded of it: touching that would end the process by SIGBUS. What is no
+/// shared object is left to dlopen().
+bool is_cut_off(const std::vector<std::byte>& bytes) {
+  Elf64_Ehdr header;
+  if (bytes.size() < sizeof header) return false;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0 || header.e_ident[EI_CLASS] != ELFCLASS64 ||
+      header.e_phentsize != sizeof(Elf64_Phdr))
+    return false;
+  const auto holds = [&](std::uint64_t offset, std::uint64_t size) {
+    return offset <= bytes.size() && size <= bytes.size() - offset;
+  };
+  for (std::uint64_t i = 0; i < header.e_phnum; ++i) {
+    const std::uint64_t at = header.e_phoff + i * sizeof(Elf64_Phdr);
+    if (!holds(at, sizeof(Elf64_Phdr))) return true;
+    Elf64_Phdr segment;
+    std::memcpy(&segment, bytes.data() + at, sizeof segment);
+    if (segment.p_type == PT_LOAD && !holds(segment.p_offset, segment.p_filesz)) return true;
+  }
+  return false;
 }
 
 /// The build that a file states; nothing: it is no plug-in.
@@ -183,6 +207,9 @@ void load_plugin(const fs::path& file) {
     fail(ErrorKind::Input,
          "plug-in {}: was built for another terracast ({}); build it again against this one",
          file.string(), differences(build, TERRACAST_BUILD));
+  if (is_cut_off(bytes))
+    fail(ErrorKind::Input, "plug-in {}: the file is cut off after {} bytes; copy or build it again",
+         file.string(), bytes.size());
   const PluginTable& table = table_of(file);
   for (const core::Plugin& loaded : core::plugins())
     if (loaded.name == table.name)
@@ -214,8 +241,13 @@ std::vector<FoundPlugin> plugins_on_path(std::string_view path_variable) {
     }
     if (!fs::is_directory(folder / major_minor, ignored)) continue;  // plug-ins for other versions
     std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(folder / major_minor))
+    std::error_code failed;
+    for (const auto& entry : fs::directory_iterator(folder / major_minor, failed))
       if (entry.path().extension() == ".so") found.push_back(entry.path());
+    if (failed)
+      files.push_back({.file = {},
+                       .problem = fmt::format("{} cannot be read: {}",
+                                              (folder / major_minor).string(), failed.message())});
     std::sort(found.begin(), found.end());
     for (fs::path& file : found) files.push_back({.file = std::move(file), .problem = {}});
   }

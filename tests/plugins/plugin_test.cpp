@@ -105,6 +105,14 @@ TEST(Plugins, FilesThatAreNoneAreRefused) {
   const ProgramResult truncated =
       terracast({"list", "sensors", "--plugin", (folder / "truncated.so").string()});
   EXPECT_EQ(truncated.status, 3) << truncated.output;
+  for (int tenth = 1; tenth < 10; ++tenth) {
+    const std::string whole = core::read_text_file(plugin("sample"));
+    core::write_file(folder / "part.so", whole.substr(0, whole.size() * tenth / 10));
+    const ProgramResult part =
+        terracast({"list", "sensors", "--plugin", (folder / "part.so").string()});
+    // Only tables that nothing is loaded of lie at the end.
+    EXPECT_TRUE(part.status == 3 || (part.status == 0 && tenth > 4)) << tenth << part.output;
+  }
   EXPECT_NE(terracast({"list", "sensors", "--plugin", (folder / "folder.so").string()}).status, 0);
   EXPECT_EQ(terracast({"list", "sensors", "--plugin"}).status, 2);
 }
@@ -358,6 +366,9 @@ TEST(Plugins, WhatFailsInAJobNamesItsPlugin) {
   const ProgramResult crashing = run_with("broken.crashing");
   EXPECT_EQ(crashing.status, 70) << crashing.output;
   EXPECT_THAT(crashing.output, AllOf(HasSubstr("plug-in broken 0.1"), HasSubstr("crashed: SEGV")));
+  const ProgramResult exiting = run_with("broken.exiting");
+  EXPECT_EQ(exiting.status, 70) << exiting.output;
+  EXPECT_THAT(exiting.output, AllOf(HasSubstr("exit() was called"), HasSubstr("plug-in broken")));
 }
 
 }  // namespace

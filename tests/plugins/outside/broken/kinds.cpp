@@ -92,6 +92,17 @@ struct LeavingSensor : Sensor {
   }
 };
 
+/// The same by the function that runs what is registered for the end.
+struct ExitingSensor : Sensor {
+  std::unique_ptr<sensors::Sensor> clone() const override {
+    return std::make_unique<ExitingSensor>(*this);
+  }
+  void measure(const sensors::SensorSite&, std::span<const double>,
+               std::span<double>) const override {
+    std::quick_exit(0);
+  }
+};
+
 template <class Kind>
 sensors::SensorInfo sensor_row(const char* name) {
   return {.name = name, .summary = name, .make = [] {
@@ -216,6 +227,8 @@ sensors::SensorInfo counting_sensor() { return sensor_row<CountingSensor>("broke
 sensors::SensorInfo crashing_sensor() { return sensor_row<CrashingSensor>("broken.crashing"); }
 
 sensors::SensorInfo leaving_sensor() { return sensor_row<LeavingSensor>("broken.leaving"); }
+
+sensors::SensorInfo exiting_sensor() { return sensor_row<ExitingSensor>("broken.exiting"); }
 
 geo::CameraModelInfo shifted_camera() {
   return {.name = "broken.shifted",

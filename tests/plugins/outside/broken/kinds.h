@@ -15,6 +15,7 @@ terracast::sensors::SensorInfo nan_sensor();
 terracast::sensors::SensorInfo counting_sensor();
 terracast::sensors::SensorInfo crashing_sensor();
 terracast::sensors::SensorInfo leaving_sensor();
+terracast::sensors::SensorInfo exiting_sensor();
 terracast::geo::CameraModelInfo shifted_camera();
 terracast::tiler::LayerKindInfo counting_layer();
 terracast::exporters::ExporterInfo dated_exporter();
