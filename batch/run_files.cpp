@@ -60,8 +60,7 @@ std::vector<fs::path> flight_files(const job::RunConfig& config) {
                        plugin->file.string());
   fail(ErrorKind::Input,
        "a plug-in of {} is not the one that its plan was made with (now: {}); bring that one back, "
-       "or "
-       "take the change up with `terracast batch plan --update`",
+       "or take the change up with `terracast batch plan --update`",
        run.name, now.empty() ? "none is loaded" : now);
 }
 
@@ -149,8 +148,7 @@ void check_flight_files(const PlannedRun& run, const std::string& world,
   for (const fs::path& file : files) names += (names.empty() ? "" : ", ") + file.string();
   fail(ErrorKind::Input,
        "{}: {} of {}{} is not the one that the plan was made with; bring it back, or take the "
-       "change "
-       "up with `terracast batch plan --update`",
+       "change up with `terracast batch plan --update`",
        names, files.size() == 1 ? "this flight" : "one of these flights", run.name,
        plugins.empty() ? std::string()
                        : fmt::format(", or plug-in {}", fmt::join(names_of(plugins), ", ")));

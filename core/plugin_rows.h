@@ -74,7 +74,7 @@ std::string missing_plugin(std::string_view kind);
 /// The failure of made().
 [[noreturn]] void fail_nothing_made(std::string_view what, std::string_view kind);
 
-/// What the make() of a kind returned.
+/// Checks what the make() of a kind returned, and returns it.
 /// what     in the message: "medium"
 /// throws   Internal: it is null, a bug of the plug-in that the kind is of
 template <class Product>

@@ -229,7 +229,7 @@ TEST(Plugins, KindsOfOneServeAWholeJob) {
                 .at("name")
                 .string(),
             "sample");
-  // Height over ground of dunes, and what made it is told.
+  // The sensor measures, and dataset.json names the plug-in.
   const std::string heights =
       core::read_text_file(out + "/export/terracast/P000/sensors/flat/baro.csv");
   EXPECT_THAT(heights, HasSubstr("time_s,height_m"));
