@@ -6,7 +6,6 @@
 #include <string_view>
 #include <utility>
 
-#include "core/cloned.h"
 #include "core/plugin_rows.h"
 #include "core/registry.h"
 #include "core/schema.h"
@@ -24,10 +23,24 @@ class KindOptions {
  public:
   using Options = typename decltype(std::declval<const Info&>().make())::element_type;
 
-  bool is_made() const { return static_cast<bool>(options_); }
+  KindOptions() = default;
+  /// throws   Internal: clone() of the options returned nothing
+  KindOptions(const KindOptions& other)
+      : kind_(other.kind_), options_(other.options_ ? other.options_->clone() : nullptr) {
+    if (other.options_ && !options_) fail_nothing_copied(kind_);
+  }
+  KindOptions(KindOptions&&) noexcept = default;
+  KindOptions& operator=(KindOptions other) noexcept {
+    kind_ = std::move(other.kind_);
+    options_ = std::move(other.options_);
+    return *this;
+  }
+  ~KindOptions() = default;
+
+  bool is_made() const { return options_ != nullptr; }
   /// Once describe() or set() was called.
   const Options& operator*() const { return *options_; }
-  const Options* operator->() const { return &*options_; }
+  const Options* operator->() const { return options_.get(); }
 
   void set(std::string kind, std::unique_ptr<Options> options) {
     kind_ = std::move(kind);
@@ -47,10 +60,10 @@ class KindOptions {
   /// The kind's own keys as TOML, every one.
   std::string settings_toml() const {
     struct Settings {
-      Cloned<Options> options;
-      void describe(SchemaVisitor& visit) { options->describe(visit); }
+      KindOptions kind;
+      void describe(SchemaVisitor& visit) { kind.options_->describe(visit); }
     };
-    return toml_text(Settings{options_});
+    return toml_text(Settings{*this});
   }
 
   void validate() const {
@@ -60,7 +73,7 @@ class KindOptions {
 
  private:
   std::string kind_;
-  Cloned<Options> options_;
+  std::unique_ptr<Options> options_;
 };
 
 /// One of several kinds that a config names, with the kind's own keys beside it.

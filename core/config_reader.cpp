@@ -1,9 +1,11 @@
 #include "core/config_reader.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "core/plugin_rows.h"
+#include "core/printable.h"
 #include "core/registry.h"
 
 namespace terracast::core {
@@ -12,6 +14,12 @@ namespace {
 
 std::string section_text(const std::string& name) {
   return name.empty() ? "the top level" : "[" + name + "]";
+}
+
+bool is_bare_key(std::string_view name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
+  });
 }
 
 /// "1 to 2000", "at least 1", "at most 5".
@@ -64,6 +72,12 @@ ConfigReader::ConfigReader(const ConfigNode& root, ConfigLoader load)
 
 const ConfigNode* ConfigReader::find(std::string_view name) {
   Frame& frame = frames_.back();
+  const bool is_taken =
+      std::find(frame.known.begin(), frame.known.end(), name) != frame.known.end();
+  if (is_taken || !is_bare_key(name))
+    fail(ErrorKind::Internal, "the key \"{}\" of {} {}; give it another name in describe()",
+         printable(name), section_text(frame.name),
+         is_taken ? "is described twice" : "is not of letters, digits, _ and -");
   frame.known.emplace_back(name);
   return frame.table == nullptr ? nullptr : frame.table->find(name);
 }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cctype>
 #include <charconv>
+#include <cstdint>
 #include <utility>
 
 #include "core/error.h"
@@ -23,23 +24,28 @@ Loaded& loaded() {
   return all;
 }
 
-bool names_a_kind_of(std::string_view text, const std::string& plugin) {
-  const std::string prefix = plugin + ".";
-  for (std::size_t at = text.find(prefix); at != std::string_view::npos;
-       at = text.find(prefix, at + 1))
-    if (at == 0 ||
-        (std::isalnum(static_cast<unsigned char>(text[at - 1])) == 0 && text[at - 1] != '_'))
+bool ends_a_name(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) == 0 &&
+         std::string_view("_-./").find(c) == std::string_view::npos;
+}
+
+bool names(std::string_view text, std::string_view kind) {
+  for (std::size_t at = text.find(kind); at != std::string_view::npos;
+       at = text.find(kind, at + 1)) {
+    const std::size_t end = at + kind.size();
+    if ((at == 0 || ends_a_name(text[at - 1])) && (end == text.size() || ends_a_name(text[end])))
       return true;
+  }
   return false;
 }
 
 /// Parts of a version: 1.12 > 1.9. Empty: it is none.
-std::vector<int> version_parts(std::string_view text) {
-  std::vector<int> parts;
+std::vector<std::uint64_t> version_parts(std::string_view text) {
+  std::vector<std::uint64_t> parts;
   while (true) {
-    int part = 0;
+    std::uint64_t part = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), part);
-    if (error != std::errc() || part < 0) return {};
+    if (error != std::errc()) return {};
     parts.push_back(part);
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     if (text.empty()) return parts;
@@ -85,7 +91,9 @@ std::string plugin_marks(std::string_view text) {
 std::vector<const Plugin*> plugins_named_in(std::string_view text) {
   std::vector<const Plugin*> named;
   for (const Plugin& plugin : plugins())
-    if (names_a_kind_of(text, plugin.name)) named.push_back(&plugin);
+    if (std::any_of(plugin.kinds.begin(), plugin.kinds.end(),
+                    [&](const std::string& kind) { return names(text, kind); }))
+      named.push_back(&plugin);
   std::sort(named.begin(), named.end(),
             [](const Plugin* a, const Plugin* b) { return a->name < b->name; });
   return named;
@@ -109,6 +117,12 @@ std::vector<std::string> plugin_arguments() {
   return arguments;
 }
 
+std::string program_with_plugins() {
+  std::string text = "terracast";
+  for (const std::string& argument : plugin_arguments()) text += " " + argument;
+  return text;
+}
+
 std::string missing_plugin(std::string_view kind) {
   const std::size_t dot = kind.find('.');
   const std::string_view name = kind.substr(0, dot);
@@ -123,12 +137,19 @@ std::string missing_plugin(std::string_view kind) {
       name);
 }
 
-void fail_nothing_made(std::string_view what, std::string_view kind) {
+std::string bug_of_plugin(std::string_view kind) {
   const std::size_t dot = kind.find('.');
+  if (dot == std::string_view::npos) return {};
+  return fmt::format("; this is a bug of plug-in {}", kind.substr(0, dot));
+}
+
+void fail_nothing_made(std::string_view what, std::string_view kind) {
   fail(ErrorKind::Internal, "{} {}: its make() returned nothing{}", what, kind,
-       dot == std::string_view::npos
-           ? std::string()
-           : fmt::format("; this is a bug of plug-in {}", kind.substr(0, dot)));
+       bug_of_plugin(kind));
+}
+
+void fail_nothing_copied(std::string_view kind) {
+  fail(ErrorKind::Internal, "{}: its clone() returned nothing{}", kind, bug_of_plugin(kind));
 }
 
 void check_requirement(const std::string& requirement) {
@@ -146,8 +167,8 @@ void check_requirement(const std::string& requirement) {
   if (plugin == present_plugins.end())
     fail(ErrorKind::Config, "requires = [\"{}\"]: {}", requirement, missing_plugin(name + "."));
   if (rest.empty()) return;
-  std::vector<int> wanted = version_parts(rest.substr(3));
-  std::vector<int> present = version_parts(plugin->version);
+  std::vector<std::uint64_t> wanted = version_parts(rest.substr(3));
+  std::vector<std::uint64_t> present = version_parts(plugin->version);
   const std::size_t num_parts = std::max(wanted.size(), present.size());
   wanted.resize(num_parts);  // 1.2 is 1.2.0
   present.resize(num_parts);

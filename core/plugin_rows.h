@@ -21,7 +21,8 @@ struct Plugin {
   std::string version;
   std::string licence;
   std::filesystem::path file;
-  std::string content_hash;  ///< of the file
+  std::string content_hash;        ///< of the file
+  std::vector<std::string> kinds;  ///< names of all its kinds, "mine.laser"
 };
 
 /// The loaded plug-ins in the order in which they were loaded. Threads: safe once tables are read.
@@ -51,6 +52,8 @@ std::vector<Info> with_plugin_rows(std::vector<Info> own) {
   return own;
 }
 
+/// In what follows a text names a kind where the kind's whole name stands between characters that no name or path holds.
+///
 /// A line "plugin NAME VERSION HASH" for each loaded plug-in of which `text` names a kind. It belongs into every hash of
 /// what plug-ins take part in: what an edited plug-in has made is then made again.
 std::string plugin_marks(std::string_view text);
@@ -65,14 +68,23 @@ Json plugin_record(std::string_view text);
 /// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
 std::vector<std::string> plugin_arguments();
 
+/// "terracast --plugin /path/mine.so …": how commands begin that users are told, so that they have the same plug-ins.
+std::string program_with_plugins();
+
 /// Whether a name fits a plug-in or one of its kinds: a to z, 0 to 9 and _, starting with a letter, at most 64.
 bool is_plugin_name(std::string_view name);
 
 /// "plug-in mine is not loaded; …" for a name "mine.laser" of a kind of a plug-in that is not loaded; empty for others.
 std::string missing_plugin(std::string_view kind);
 
+/// "; this is a bug of plug-in mine" for a kind of a plug-in; empty for the program's own.
+std::string bug_of_plugin(std::string_view kind);
+
 /// The failure of made().
 [[noreturn]] void fail_nothing_made(std::string_view what, std::string_view kind);
+
+/// The failure of a clone() that returned nothing.
+[[noreturn]] void fail_nothing_copied(std::string_view kind);
 
 /// Checks what the make() of a kind returned, and returns it.
 /// what     in the message: "medium"
