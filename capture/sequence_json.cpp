@@ -13,6 +13,7 @@
 #include "capture/json_parts.h"
 #include "capture/moving_json.h"
 #include "capture/sequence_files.h"
+#include "core/printable.h"
 
 namespace terracast::capture {
 namespace {
@@ -375,9 +376,8 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
     if (!(stream.rate_hz > 0.0) || !(stream.rate_hz <= kMaxStreamRate_hz))
       fail(kind, "{}: {}/{} measures {} times a second; it takes more than 0, and {} at most",
            where, stream.rig, stream.name, stream.rate_hz, kMaxStreamRate_hz);
-    if (stream.channels.empty() || stream.channels.size() > kMaxStreamChannels)
-      fail(kind, "{}: {}/{} has {} channels; it takes 1 to {}", where, stream.rig, stream.name,
-           stream.channels.size(), kMaxStreamChannels);
+    if (const std::string wrong = wrong_channels(stream.channels); !wrong.empty())
+      fail(kind, "{}: {}/{} {}", where, stream.rig, stream.name, core::printable(wrong));
   }
   check_beliefs(info, kind, where);
   check_imaging(info, kind, where);

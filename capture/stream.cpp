@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
 
+#include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/npy.h"
+#include "core/printable.h"
 
 namespace terracast::capture {
 namespace {
@@ -17,7 +20,43 @@ std::int64_t first_tick_from(double rate_hz, double time_s) {
   return std::max<std::int64_t>(tick, 0);
 }
 
+bool is_channel_name(std::string_view name) {
+  return !name.empty() && name.size() <= 64 && name.front() >= 'a' && name.front() <= 'z' &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
+
+bool is_unit(std::string_view unit) {
+  return unit.size() <= 32 && core::printable(unit) == unit &&
+         unit.find_first_of(",;\"'\\") == std::string_view::npos;
+}
+
 }  // namespace
+
+std::string wrong_channels(std::span<const StreamChannel> channels) {
+  if (channels.empty() || channels.size() > kMaxStreamChannels)
+    return fmt::format("has {} channels; it takes 1 to {}", channels.size(), kMaxStreamChannels);
+  std::set<std::string_view> names{"time_s"};
+  for (const StreamChannel& channel : channels) {
+    const std::string_view name = core::first_letters(channel.name, 100);
+    if (!is_channel_name(channel.name))
+      return fmt::format(
+          "has a channel \"{}\"; a name is of a to z, 0 to 9 and _, begins with a letter, and has "
+          "64 "
+          "at most",
+          name);
+    if (!names.insert(channel.name).second)
+      return fmt::format("has the channel \"{}\" {}", name,
+                         name == "time_s" ? "beside the time, which has this name" : "twice");
+    if (!is_unit(channel.unit))
+      return fmt::format(
+          "has a channel {} in \"{}\"; a unit is of 32 characters at most, without commas, quotes "
+          "and ends of lines",
+          name, core::first_letters(channel.unit, 100));
+  }
+  return {};
+}
 
 TickRange ticks_of_frame(double rate_hz, double frame_rate_hz, int frame, int num_frames) {
   const double time_s = frame / frame_rate_hz;

@@ -12,10 +12,14 @@ namespace terracast::capture {
 
 /// One quantity that a sensor measures.
 struct StreamChannel {
-  std::string name;  ///< "range_m": with its unit, where it has one
-  std::string unit;  ///< "m"; empty: none
+  std::string name;  ///< "range_m": with its unit, where it has one; a to z, 0 to 9 and _
+  std::string unit;  ///< "m", "m/s^2"; empty: none
   bool operator==(const StreamChannel&) const = default;
 };
+
+/// What is wrong with the channels of a sensor: their number, or a name or unit that is there twice or cannot head a
+/// column of a table ("time_s" heads the first one); names in it are as they are, not printable. Empty: nothing.
+std::string wrong_channels(std::span<const StreamChannel> channels);
 
 /// A sensor that measures at times of its own, and its channels. Its folder in the capture is `<rig>/<name>`.
 struct StreamInfo {

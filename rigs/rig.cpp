@@ -11,6 +11,8 @@
 #include "capture/channel.h"
 #include "capture/sequence_files.h"
 #include "core/error.h"
+#include "core/plugin_rows.h"
+#include "core/printable.h"
 #include "core/registry.h"
 #include "geo/frames.h"
 #include "geo/units.h"
@@ -468,13 +470,17 @@ std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>&
         fail(ErrorKind::Config,
              "rig {}: a second sensor or camera is called {}; each needs its own name", rig.name,
              options.name);
+      const std::vector<capture::StreamChannel> channels = options.sensor->channels();
+      if (const std::string wrong = capture::wrong_channels(channels); !wrong.empty())
+        fail(ErrorKind::Internal, "sensor {}/{} {}{}", rig.name, options.name,
+             core::printable(wrong), core::bug_of_plugin(options.sensor.kind()));
       const std::vector<double>& e = options.euler_deg;
       mounted.push_back(
           {.info = {.rig = rig.name,
                     .name = options.name,
                     .kind = options.sensor.kind(),
                     .rate_hz = options.rate_hz,
-                    .channels = options.sensor->channels(),
+                    .channels = channels,
                     .rig_from_sensor = {.rotation = e.empty()
                                                         ? Eigen::Quaterniond::Identity()
                                                         : rotation_of_euler_deg(e[0], e[1], e[2]),

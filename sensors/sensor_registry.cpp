@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -67,6 +68,14 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
       .trail = trail};
   core::with_context([&] { sensor->measure(site, samples.times_s, samples.values); },
                      fmt::format("measuring with {}", names));
+  const auto nan = std::find_if(samples.values.begin(), samples.values.end(),
+                                [](double value) { return std::isnan(value); });
+  if (nan != samples.values.end()) {
+    const auto at = static_cast<std::size_t>(nan - samples.values.begin());
+    fail(ErrorKind::Internal, "{}: {} at {} s is NaN{}", names,
+         info.channels[at % info.channels.size()].name, samples.times_s[at / info.channels.size()],
+         core::bug_of_plugin(sensor.kind()));
+  }
   return samples;
 }
 

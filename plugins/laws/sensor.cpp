@@ -1,6 +1,5 @@
 #include <bit>
 #include <cmath>
-#include <set>
 
 #include "core/parallel.h"
 #include "core/toml_reader.h"
@@ -22,6 +21,7 @@ class SensorLaws {
 
   void try_all() {
     channels_are_named();
+    if (!report_.holds()) return;  // nor would they be told apart
     every_channel_of_every_sample_is_written();
     each_is_the_same_by_itself();
     any_order_is_the_same();
@@ -48,11 +48,8 @@ class SensorLaws {
   void channels_are_named() {
     report_.begin("its channels have names of their own");
     const std::vector<capture::StreamChannel> channels = sensor_->channels();
-    std::set<std::string> names;
-    for (const capture::StreamChannel& channel : channels)
-      report_.expect(!channel.name.empty() && names.insert(channel.name).second,
-                     "\"" + channel.name + "\" is no name, or there twice");
-    report_.expect(!channels.empty(), "there is none");
+    const std::string wrong = capture::wrong_channels(channels);
+    report_.expect(wrong.empty(), "it " + wrong);
     num_channels_ = channels.size();
   }
 
