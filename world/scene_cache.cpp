@@ -1,7 +1,5 @@
 #include "world/scene_cache.h"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <chrono>
 #include <exception>
@@ -11,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/process_memory.h"
 #include "core/stop.h"
 #include "core/thread_crew.h"
 
@@ -29,9 +28,11 @@ constexpr std::int64_t kNow = 0;
 
 /// Of the budget, what packed tiles may take.
 constexpr double kShareOfPacked = 0.5;
-/// The share of the budget that may lie freed in malloc before malloc_trim() returns it to the system. A larger share is
-/// faster and takes more memory: docs/performance.md, "A view that does not fit".
-constexpr double kShareUntrimmed = 1.0 / 16.0;
+/// By this share of the budget the process may grow after the first eviction, when nine tenths of the budget are in use,
+/// before freed memory is given back to the system; and by so much again where that does not help, as it is in use.
+constexpr double kShareOfGrowth = 1.0 / 8.0;
+/// After so much was freed, as a share of the budget, it is looked how much the process takes.
+constexpr double kShareFreed = 1.0 / 16.0;
 /// Units in work together may take this share of the budget, at so many bytes each. Their memory counts beside it.
 constexpr double kShareOfUnits = 1.0 / 16.0;
 constexpr double kUnitBytes = 600e3;
@@ -353,7 +354,7 @@ void SceneCache::forget_packed(Slot& slot) {
   const std::uint64_t bytes = slot.packed->num_bytes();
   bytes_packed_ -= bytes;
   stats_.bytes_resident -= bytes;
-  bytes_untrimmed_ += bytes;
+  bytes_freed_ += bytes;
   slot.packed.reset();
 }
 
@@ -368,8 +369,10 @@ bool SceneCache::evict_one(std::int64_t after_turn) {
   bytes_retired_ += slot.owned->num_bytes();
   retired_.push_back(
       {.epoch = epoch_.fetch_add(1) + 1, .tile_index = latest, .scene = std::move(slot.owned)});
-  if (stats_.num_evicted++ == 0)
+  if (stats_.num_evicted++ == 0) {
     stats_.bytes_at_first_eviction = stats_.bytes_resident + bytes_loading_;
+    allow_growth();
+  }
   return true;
 }
 
@@ -416,7 +419,7 @@ void SceneCache::put_away(Freed& freed) {
         // It comes from its file again, and its bytes must be subtracted below, whatever failed.
       }
     retired.scene.reset();
-    bytes_untrimmed_ += bytes;
+    bytes_freed_ += bytes;
     const std::uint64_t packed_bytes = packed != nullptr ? packed->num_bytes() : 0;
     const std::lock_guard lock(mutex_);
     stats_.bytes_resident -= bytes;
@@ -433,13 +436,21 @@ void SceneCache::put_away(Freed& freed) {
     add_resident(packed_bytes);
   }
   freed.clear();
-  trim();
+  hold_growth();
 }
 
-void SceneCache::trim() {
-  std::uint64_t bytes = bytes_untrimmed_.load();
-  if (static_cast<double>(bytes) < kShareUntrimmed * budget_bytes_) return;
-  if (bytes_untrimmed_.compare_exchange_strong(bytes, 0)) malloc_trim(0);
+void SceneCache::hold_growth() {
+  std::uint64_t bytes = bytes_freed_.load();
+  if (static_cast<double>(bytes) < kShareFreed * budget_bytes_) return;
+  if (!bytes_freed_.compare_exchange_strong(bytes, 0)) return;
+  if (core::resident_bytes() < most_resident_bytes_) return;
+  core::give_freed_memory_back();
+  allow_growth();
+}
+
+void SceneCache::allow_growth() {
+  most_resident_bytes_ = std::max(most_resident_bytes_.load(),
+                                  core::resident_bytes() + kShareOfGrowth * budget_bytes_);
 }
 
 void SceneCache::expect(std::vector<Expected> tiles) {

@@ -171,9 +171,10 @@ class SceneCache {
 
   /// Packs or destroys freed scenes, whose bytes count until then. Not under mutex_.
   void put_away(Freed& freed);
-  /// Gives freed memory back to the system, which malloc would keep in pieces, once it is kShareUntrimmed of the budget:
-  /// so far the process may take more than the budget.
-  void trim();
+  /// Gives freed memory back to the system, which malloc would keep in pieces, when the process has grown by more than
+  /// kShareOfGrowth of the budget meanwhile: so far the process may take more than the budget.
+  void hold_growth();
+  void allow_growth();
 
   void prefetch_loop(const std::stop_token& stop);
   /// Loads a tile unless that would evict what is needed no later.
@@ -196,9 +197,10 @@ class SceneCache {
   UnitTurns turns_;
   std::uint64_t bytes_retired_ = 0;
   std::uint64_t bytes_packed_ = 0;
-  std::uint64_t bytes_loading_ = 0;  ///< set aside for tiles that are loading
-  std::uint64_t expected_at_ = 0;    ///< epoch of the last call of expect
-  std::atomic<std::uint64_t> bytes_untrimmed_ = 0;
+  std::uint64_t bytes_loading_ = 0;             ///< set aside for tiles that are loading
+  std::uint64_t expected_at_ = 0;               ///< epoch of the last call of expect
+  std::atomic<std::uint64_t> bytes_freed_ = 0;  ///< since hold_growth() looked
+  std::atomic<double> most_resident_bytes_ = 0.0;
   std::atomic<bool>
       is_short_;  ///< a tile that is needed now was evicted since the last call of expect
   std::atomic<bool> was_short_ = false;  ///< or before that since the one before

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 
+#include "core/process_memory.h"
 #include "tests/support/frame_hashes.h"
 
 namespace terracast::test {
@@ -46,6 +47,7 @@ void probe(const std::filesystem::path& world, double budget_bytes) {
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
+  terracast::core::share_freed_memory();
   try {
     terracast::test::probe(argv[1], std::atof(argv[2]));
   } catch (const std::exception& error) {

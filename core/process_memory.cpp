@@ -1,0 +1,29 @@
+#include "core/process_memory.h"
+
+#include <malloc.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+namespace terracast::core {
+
+double resident_bytes() {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/proc/self/statm", "re"),
+                                                             std::fclose);
+  unsigned long num_pages = 0;
+  unsigned long num_resident = 0;
+  if (file == nullptr || std::fscanf(file.get(), "%lu %lu", &num_pages, &num_resident) != 2)
+    return 0.0;
+  return static_cast<double>(num_resident) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+void share_freed_memory() {
+  mallopt(M_ARENA_MAX, std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
+}
+
+void give_freed_memory_back() { malloc_trim(0); }
+
+}  // namespace terracast::core

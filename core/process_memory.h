@@ -1,0 +1,17 @@
+#pragma once
+
+namespace terracast::core {
+
+/// The memory of this process that is resident now, bytes; 0: the system does not say.
+double resident_bytes();
+
+/// Has malloc() keep freed memory in as many pools as there are processors, where it would take eight times as many: what
+/// one thread frees is then used by another, and need not be given back to the system to hold a budget. For the start of a
+/// program, before its threads.
+void share_freed_memory();
+
+/// Gives freed memory back to the system as far as whole pages are free. Costs a call of the system for each free piece,
+/// whether it was given back before or not: tens of ms for some 100 MB of small pieces.
+void give_freed_memory_back();
+
+}  // namespace terracast::core
