@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/plugin_rows.h"
 #include "core/stage_cost.h"
 
 namespace terracast::batch {
@@ -20,7 +21,8 @@ std::int64_t num_failures(const Claims::Tried& tried) {
 }
 
 std::string command_of(const Claims::Tried& tried, const std::string& job) {
-  return fmt::format("terracast batch run {} --only {}", job, tried.shard.text());
+  return fmt::format("{} batch run {} --only {}", core::program_with_plugins(), job,
+                     tried.shard.text());
 }
 
 std::string size_text(double bytes) {
@@ -177,9 +179,11 @@ std::string status_text(const Status& status, const std::string& job) {
     text += "at work; the time that is left shows when a shard is done\n";
   } else if (std::any_of(status.tried.begin(), status.tried.end(),
                          [](const Claims::Tried& tried) { return tried.is_poisoned; })) {
-    text += fmt::format("nobody is at work; `terracast batch run {} --retry` goes on\n", job);
+    text += fmt::format("nobody is at work; `{} batch run {} --retry` goes on\n",
+                        core::program_with_plugins(), job);
   } else {
-    text += fmt::format("nobody is at work; `terracast batch run {}` goes on\n", job);
+    text += fmt::format("nobody is at work; `{} batch run {}` goes on\n",
+                        core::program_with_plugins(), job);
   }
   if (status.num_checks_failed > 0)
     text +=

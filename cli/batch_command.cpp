@@ -24,8 +24,10 @@
 #include "batch/verify.h"
 #include "batch/worker.h"
 #include "cli/threads_option.h"
+#include "cli/within.h"
 #include "core/atomic_file.h"
 #include "core/parallel.h"
+#include "core/plugin_rows.h"
 #include "core/program.h"
 #include "core/stop.h"
 
@@ -118,8 +120,8 @@ int run_plan(const BatchArguments& args) {
   if (args.is_dry) return 0;
   batch::write_plan(plan, args.job);
   if (previous) batch::remove_unplanned(plan, {args.job, plan.revision});
-  fmt::print("next: terracast batch run {0}, or terracast batch submit {0} --slurm\n",
-             args.job.string());
+  fmt::print("next: {0} batch run {1}, or {0} batch submit {1} --slurm\n",
+             core::program_with_plugins(), args.job.string());
   return 0;
 }
 
@@ -161,7 +163,8 @@ int tell_outcome(const batch::WorkerOutcome& outcome, const BatchArguments& args
          "the quota of {:.10g} MB leaves no room for the next shard; give more, or make room",
          args.quota_bytes * 1e-6);
   for (const batch::ShardId& shard : outcome.poisoned)
-    fmt::print("given up: terracast batch run {} --only {}\n", args.job.string(), shard.text());
+    fmt::print("given up: {} batch run {} --only {}\n", core::program_with_plugins(),
+               args.job.string(), shard.text());
   if (outcome.num_left > 0)
     fmt::print("{} shards are not done; see terracast batch status {}\n", outcome.num_left,
                args.job.string());
@@ -303,8 +306,8 @@ int run_verify(const BatchArguments& args) {
   if (found.num_open > 0)
     fmt::print("{} shards are not done yet, and nothing of theirs was looked at\n", found.num_open);
   if (!found.reopened.empty())
-    fmt::print("{} shards are open again: terracast batch run {}\n", found.reopened.size(),
-               args.job.string());
+    fmt::print("{} shards are open again: {} batch run {}\n", found.reopened.size(),
+               core::program_with_plugins(), args.job.string());
   else if (!found.damaged.empty())
     fmt::print("the same command with --repair has what is damaged made again\n");
   return found.is_right() ? 0 : 1;
@@ -333,7 +336,7 @@ void add_lease(CLI::App& command, BatchArguments& args) {
       .add_option("--lease-s", args.lease_s,
                   "A shard of which nothing was heard for so long is taken by others; 300 unless "
                   "the plan says otherwise.")
-      ->check(CLI::Range(0.5, 1e6));
+      ->check(within(0.5, 1e6));
   command
       .add_option("--max-tries", args.max_tries,
                   "A shard that failed, or whose process died, so often is left; 5 unless the plan "
@@ -358,7 +361,7 @@ void add_plan(CLI::App& batch, BatchArguments& args, int& status) {
                  "Plan a job again after its config or data changed; what did not change stays.");
   plan->add_option("--shard-minutes", args.shard_min,
                    "CPU time of a shard; left out: a thirty-second of the whole, 1 to 15.")
-      ->check(CLI::Range(0.001, 1e4));
+      ->check(within(0.001, 1e4));
   add_lease(*plan, args);
   add_threads(*plan, args);
   plan->callback([&] { status = run_plan(args); });
@@ -418,13 +421,13 @@ void add_submit(CLI::App& batch, BatchArguments& args, int& status) {
   submit
       ->add_option("--task-minutes", slurm.task_min,
                    "What a task shall take: shards are bundled to it: 30.")
-      ->check(CLI::Range(0.01, 1e5));
+      ->check(within(0.01, 1e5));
   submit
       ->add_option(
           "--time-minutes", slurm.time_limit_min,
           "Time limit of a task; left out: three times what its stage's longest task shall "
           "take, 30 at least.")
-      ->check(CLI::Range(2.0, 1e6));
+      ->check(within(2.0, 1e6));
   submit
       ->add_option("--max-array-size", slurm.max_array_size,
                    "MaxArraySize of the cluster (`scontrol show config`): 1001.")

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -27,6 +28,7 @@
 #include "core/image_io.h"
 #include "core/parallel.h"
 #include "core/plugin_rows.h"
+#include "core/printable.h"
 #include "core/registry.h"
 #include "core/schema_writer.h"
 #include "geo/geoid.h"
@@ -501,6 +503,19 @@ std::string thrown_by() {
   return thrower.empty() ? "" : fmt::format(" (thrown by {})", thrower);
 }
 
+/// The words of the exception that is being handled. Those of plug-ins are foreign text, and an Internal error that one of
+/// them provoked in the program's own code is told with its name.
+std::string words_of(const core::Error& error) {
+  const std::string thrower = plugins::thrower_of_current_exception();
+  if (thrower.empty()) return error.what();
+  std::string words;
+  std::istringstream lines(error.what());
+  for (std::string line; std::getline(lines, line);)
+    words += (words.empty() ? "" : "\n") + core::printable(line);
+  return error.kind() == ErrorKind::Internal ? fmt::format("{}\n  in code of {}", words, thrower)
+                                             : words;
+}
+
 /// Names whose bug an unexpected exception is.
 std::string whose_bug() {
   const std::string thrower = plugins::thrower_of_current_exception();
@@ -550,7 +565,7 @@ int run_command_line(int argc, const char* const* argv) {
     if (error.kind() == ErrorKind::Interrupted)
       fmt::print(stderr, "{}\n", error.message());
     else
-      fmt::print(stderr, "error: {}\n", error.what());
+      fmt::print(stderr, "error: {}\n", words_of(error));
     return core::exit_status(error.kind());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
@@ -561,7 +576,7 @@ int run_command_line(int argc, const char* const* argv) {
     fmt::print(stderr, "error: {}{}\n", error.what(), thrown_by());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "error: {} ({})\n", error.what(), whose_bug());
+    fmt::print(stderr, "error: {} ({})\n", core::printable(error.what()), whose_bug());
     return core::exit_status(ErrorKind::Internal);
   } catch (...) {  // plug-ins may throw anything
     fmt::print(stderr, "error: an object that is no std::exception was thrown ({})\n", whose_bug());

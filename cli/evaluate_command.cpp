@@ -5,6 +5,7 @@
 #include <map>
 
 #include "cli/reference.h"
+#include "cli/within.h"
 #include "core/error.h"
 
 namespace terracast::cli {
@@ -115,11 +116,11 @@ CLI::App* add_evaluate_command(CLI::App& app, EvaluateArguments& arguments) {
       ->add_option("--max-depth-m", arguments.max_depth_m,
                    "Pixels count whose true depth is less: 250 of flow and scene flow, 100 of "
                    "depth; 0 lifts the limit.")
-      ->check(CLI::NonNegativeNumber);
+      ->check(within(0.0, 1e12));
   command
       ->add_option("--max-flow-px", options.max_flow_px,
                    "Pixels count whose true flow is shorter: 250; 0 lifts the limit.")
-      ->check(CLI::NonNegativeNumber);
+      ->check(within(0.0, 1e12));
   add_choice<FlowMask>(
       *command, "--mask", options.mask,
       {{"all", FlowMask::All}, {"in-view", FlowMask::InView}, {"covisible", FlowMask::Covisible}},
@@ -147,7 +148,7 @@ CLI::App* add_evaluate_command(CLI::App& app, EvaluateArguments& arguments) {
   command
       ->add_option("--max-time-difference-s", options.max_time_difference_s,
                    "By which a time stamp may miss its frame's: 0.01.")
-      ->check(CLI::NonNegativeNumber);
+      ->check(within(0.0, 1e12));
   return command;
 }
 

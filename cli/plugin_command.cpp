@@ -8,6 +8,7 @@
 #include <memory>
 #include <string_view>
 
+#include "cli/within.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "plugins/blame.h"
@@ -59,12 +60,16 @@ int run_list() {
 }
 
 int run_check(Arguments& args) {
-  plugins::load_plugin(args.file);
+  args.options.plugin = plugins::load_plugin(args.file);
   for (const std::string& pair : args.keys) {
     const std::size_t equal = pair.find('=');
     if (equal == std::string::npos)
       fail(ErrorKind::Usage, "--keys {}: write KIND=FILE, as --keys mine.laser=laser.toml", pair);
-    args.options.keys[pair.substr(0, equal)] = core::read_text_file(pair.substr(equal + 1));
+    const std::string kind = pair.substr(0, equal);
+    const std::string file = pair.substr(equal + 1);
+    if (!args.options.keys.emplace(kind, plugins::KindKeys{core::read_text_file(file), file})
+             .second)
+      fail(ErrorKind::Usage, "--keys: keys of {} are given twice; write them into one file", kind);
   }
   const std::vector<KindVerdict> verdicts = check_plugins(
       args.options, [&](const KindVerdict& verdict) { print_verdict(verdict, args.is_verbose); });
@@ -103,7 +108,7 @@ std::vector<const char*> load_named_plugins(int argc, const char* const* argv) {
   std::vector<const char*> others;
   for (int i = 0; i < argc; ++i) {
     const std::string_view word = argv[i];
-    if (word == kOption && i + 1 == argc)
+    if ((word == kOption && i + 1 == argc) || word == "--plugin=")
       fail(ErrorKind::Usage, "--plugin needs a file; write --plugin FILE");
     if (word == kOption)
       files.emplace_back(argv[++i]);
@@ -143,7 +148,7 @@ void add_plugin_command(CLI::App& app, int& status) {
   check
       ->add_option("--limit", args->options.limit_s,
                    "Seconds that the laws of one kind may take; what takes longer hangs.")
-      ->check(CLI::Range(1.0, 86400.0));
+      ->check(within(1.0, 86400.0));
   check->add_option(
       "--folder", args->options.folder,
       "An empty folder for the worlds and datasets that are made, which are kept; left "

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "cli/threads_option.h"
+#include "cli/within.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/parallel.h"
@@ -75,14 +76,14 @@ void add_world_export_command(CLI::App& world_command, int& status) {
   command
       ->add_option("--spacing", args->spacing_m,
                    "Of the finest terrain samples, m; left out: as fine as the world is there.")
-      ->check(CLI::Range(0.125, 16384.0));
+      ->check(within(0.125, 16384.0));
   command
       ->add_option(
           "--texel", args->texel_m,
           "Of the pictures of the ground, m a pixel on the finest tiles; 0: no pictures and no "
           "textures, of geotiff no _albedo.tif; left out: 1024 pixels a tile, of 3dtiles 512. "
           "Otherwise geotiff and vdb have no use for it.")
-      ->check(CLI::Range(0.0, 16384.0));
+      ->check(within(0.0, 16384.0));
   add_threads_option(*command, args->num_threads);
   command->add_flag("-q,--quiet", args->quiet, "Warnings only.");
   command->callback([args, &status] { status = run(*args); });

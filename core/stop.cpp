@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kNobody = 0;
 constexpr int kProgram = -1;
+constexpr std::array<int, 2> kStopSignals = {SIGTERM, SIGINT};
 
 /// Who asked: a signal by its number. The one thing of the process that a signal handler may write to.
 std::atomic<int> asked_by = kNobody;
@@ -44,6 +45,18 @@ void catch_stop_signals() {
 }
 
 void catch_stop_signal(int number) { catch_signal(number, 0); }
+
+StopSignalsEndTheProcess::StopSignalsEndTheProcess() {
+  for (std::size_t i = 0; i < kStopSignals.size(); ++i) {
+    ::sigaction(kStopSignals[i], nullptr, &before_[i]);
+    if (before_[i].sa_handler != SIG_IGN) ::signal(kStopSignals[i], SIG_DFL);
+  }
+}
+
+StopSignalsEndTheProcess::~StopSignalsEndTheProcess() {
+  for (std::size_t i = 0; i < kStopSignals.size(); ++i)
+    ::sigaction(kStopSignals[i], &before_[i], nullptr);
+}
 
 int stop_signal() { return std::max(kNobody, asked_by.load(std::memory_order_relaxed)); }
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <signal.h>
+
+#include <array>
+
 namespace terracast::core {
 
 /// From now on SIGTERM and SIGINT ask the work of this process to stop, instead of ending it. A second
@@ -8,6 +12,19 @@ void catch_stop_signals();
 
 /// The same for another signal that a process is asked to take so.
 void catch_stop_signal(int number);
+
+/// While it lives, SIGTERM and SIGINT end the process, as where catch_stop_signals() was not called: for foreign code that
+/// runs before any work has begun, and may hang. Threads: one.
+class StopSignalsEndTheProcess {
+ public:
+  StopSignalsEndTheProcess();
+  ~StopSignalsEndTheProcess();
+  StopSignalsEndTheProcess(const StopSignalsEndTheProcess&) = delete;
+  StopSignalsEndTheProcess& operator=(const StopSignalsEndTheProcess&) = delete;
+
+ private:
+  std::array<struct sigaction, 2> before_;
+};
 
 /// The signal that asked: SIGTERM or SIGINT, the first of them, or else the last; 0: none has, or the
 /// program itself asked.

@@ -4,12 +4,14 @@
 #include <execinfo.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstring>
 #include <exception>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "core/error.h"
@@ -71,30 +73,52 @@ const core::Plugin* plugin_in(void* const* frames, int num_frames) {
   return nullptr;
 }
 
+/// The file that is being loaded; empty: none.
+std::string& loading_file() {
+  static std::string file;
+  return file;
+}
+
 void write_text(const char* text) {
   const std::size_t size = std::strlen(text);
   if (write(STDERR_FILENO, text, size) < 0) return;
 }
 
-/// A last word: dladdr() takes the loader's lock, so that a crash while a library is loaded may not come to its end; the
-/// alarm then ends the process.
-void report_crash(int number) {
-  constexpr unsigned kLongest_s = 10;
-  alarm(kLongest_s);
+/// Not through _exit(), which is this file's own.
+[[noreturn]] void end_process(int status) {
+  while (true) syscall(SYS_exit_group, status);
+}
+
+/// If a plug-in stands on the stack, or is being loaded, says so and ends the process.
+/// what   "crashed: "
+/// why    "SEGV"
+void end_if_of_plugin(const char* what, const char* why) {
   std::array<void*, kMostFrames> frames;
   const int num_frames = backtrace(frames.data(), kMostFrames);
   const core::Plugin* plugin = plugin_in(frames.data(), num_frames);
-  if (plugin == nullptr) {
-    signal(number, SIG_DFL);
-    raise(number);
+  if (plugin != nullptr)
+    for (const char* part : {"error: plug-in ", plugin->name.c_str(), " ", plugin->version.c_str(),
+                             " (", plugin->file.c_str(), ") ", what, why})
+      write_text(part);
+  else if (!loading_file().empty())
+    for (const char* part :
+         {"error: plug-in ", loading_file().c_str(), " ", what, why, " while it was loaded"})
+      write_text(part);
+  else
     return;
-  }
-  for (const char* part :
-       {"error: plug-in ", plugin->name.c_str(), " ", plugin->version.c_str(), " (",
-        plugin->file.c_str(), ") crashed: ", sigabbrev_np(number), "; its place on the stack:\n"})
-    write_text(part);
+  write_text("; its place on the stack:\n");
   backtrace_symbols_fd(frames.data(), num_frames, STDERR_FILENO);
-  _exit(core::exit_status(core::ErrorKind::Internal));
+  end_process(core::exit_status(core::ErrorKind::Internal));
+}
+
+/// A last word: dladdr() takes the loader's lock, so that a crash while a library is loaded by another thread may not come
+/// to its end; the alarm then ends the process.
+void report_crash(int number) {
+  constexpr unsigned kLongest_s = 10;
+  alarm(kLongest_s);
+  end_if_of_plugin("crashed: ", sigabbrev_np(number));
+  signal(number, SIG_DFL);
+  raise(number);
 }
 
 }  // namespace
@@ -122,6 +146,15 @@ void name_plugins_in_crashes() {
     sigaction(number, &action, nullptr);
 }
 
+Loading::Loading(const std::filesystem::path& file) { loading_file() = file.string(); }
+Loading::~Loading() { loading_file().clear(); }
+
+/// Called by exit() and its kin below.
+void note_exit(const char* function) {
+  if (core::plugins().empty() && loading_file().empty()) return;
+  end_if_of_plugin("called ", function);
+}
+
 /// Called by __cxa_throw below.
 void note_throw(const void* exception) {
   if (core::plugins().empty()) return;
@@ -143,3 +176,19 @@ void terracast_throw(void* thrown, void* type, void (*destroy)(void*)) {
   next(thrown, type, destroy);
   __builtin_unreachable();
 }
+
+// Stand before the C library's own, to which they go on: what a plug-in calls in the midst of a command is found here alone.
+// By their names alone, as above.
+#define TERRACAST_EXIT(own, name)                                                      \
+  extern "C" [[noreturn]] void own(int status) __asm__(#name);                         \
+  void own(int status) {                                                               \
+    terracast::plugins::note_exit(#name "()");                                         \
+    static const auto next = reinterpret_cast<void (*)(int)>(dlsym(RTLD_NEXT, #name)); \
+    next(status);                                                                      \
+    __builtin_unreachable();                                                           \
+  }
+TERRACAST_EXIT(terracast_exit, exit)
+TERRACAST_EXIT(terracast_quick_exit, quick_exit)
+TERRACAST_EXIT(terracast_exit_now, _exit)
+TERRACAST_EXIT(terracast_exit_at_once, _Exit)
+#undef TERRACAST_EXIT

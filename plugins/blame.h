@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 /// Attributes failures to the plug-in whose code raised them.
@@ -16,6 +17,18 @@ constexpr std::size_t kMostThrown = 256;
 /// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) in or below a plug-in's function names the plug-in and ends
 /// the process with status 70 in place of the signal; other crashes end it as they did. Not where a stack overflows on
 /// another thread than the first.
+///
+/// A plug-in's call of exit(), quick_exit(), _exit() or _Exit(), or of a library that calls them, always ends so: it would
+/// leave half of the files, with whatever status.
 void name_plugins_in_crashes();
+
+/// While it lives, a crash or an exit in no known plug-in is that of a file which is being loaded. Threads: one.
+class Loading {
+ public:
+  explicit Loading(const std::filesystem::path& file);
+  ~Loading();
+  Loading(const Loading&) = delete;
+  Loading& operator=(const Loading&) = delete;
+};
 
 }  // namespace terracast::plugins

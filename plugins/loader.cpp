@@ -4,6 +4,7 @@
 #include <elf.h>
 
 #include <algorithm>
+#include <cfenv>
 #include <cstring>
 #include <set>
 
@@ -11,8 +12,10 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/printable.h"
+#include "core/stop.h"
 #include "export/exporter.h"
 #include "geo/camera_model.h"
+#include "plugins/blame.h"
 #include "plugins/plugin.h"
 #include "scene/media/medium.h"
 #include "sensors/sensor.h"
@@ -120,9 +123,21 @@ std::string differences(const std::string& stated, const std::string& own) {
   return text;
 }
 
-const PluginTable& table_of(const fs::path& file) {
+/// dlopen(): runs the file's initialisers, of which one that throws ends the process by SIGABRT. Null: dlerror() says why.
+void* opened(const fs::path& file) {
+  const Loading loading(file);
+  const core::StopSignalsEndTheProcess it_may_hang;
+  // What is built with -ffast-math has an initialiser that rounds tiny numbers to 0 for the whole process.
+  std::fenv_t before;
+  std::fegetenv(&before);
   dlerror();
   void* handle = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  std::fesetenv(&before);
+  return handle;
+}
+
+const PluginTable& table_of(const fs::path& file) {
+  void* handle = opened(file);
   if (handle == nullptr)
     fail(ErrorKind::Input,
          "plug-in {}: cannot be loaded: {}; install the library that it needs, or build it again "
@@ -136,6 +151,8 @@ const PluginTable& table_of(const fs::path& file) {
          file.string());
   const PluginTable* table = nullptr;
   try {
+    const Loading loading(file);
+    const core::StopSignalsEndTheProcess it_may_hang;
     table = reinterpret_cast<const PluginTable* (*)()>(symbol)();
   } catch (...) {
     fail(ErrorKind::Input, "plug-in {}: threw while it built its table", file.string());
@@ -144,6 +161,16 @@ const PluginTable& table_of(const fs::path& file) {
       table->version == nullptr || table->licence == nullptr)
     fail(ErrorKind::Input, "plug-in {}: its table is damaged", file.string());
   return *table;
+}
+
+/// That words can stand in a line of a list.
+void check_words(std::string_view words, const std::string& what, const fs::path& file) {
+  constexpr std::size_t kMostBytes = 1000;
+  if (words.size() > kMostBytes || core::printable(words) != words)
+    fail(ErrorKind::Input,
+         "plug-in {}: its {} is \"{}\"; it takes {} bytes of UTF-8 at most, without control "
+         "characters",
+         file.string(), what, core::printable(core::first_letters(words, 100)), kMostBytes);
 }
 
 /// Reads and checks the rows of a plug-in.
@@ -157,6 +184,7 @@ std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& fil
   if (!core::is_plugin_version(table.version))
     fail(ErrorKind::Input, "plug-in {}: its version is \"{}\"; write numbers with dots, as 1.2",
          file.string(), core::printable(std::string(table.version)));
+  check_words(table.licence, "licence", file);
   if (table.num_rows == 0) fail(ErrorKind::Input, "plug-in {}: registers no kinds", file.string());
   std::set<std::pair<std::string_view, std::string_view>> names;
   std::vector<KindInPlugin> kinds;
@@ -183,6 +211,7 @@ std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& fil
     if (kind.summary.empty() || !type->has_maker(row.info))
       fail(ErrorKind::Input, "plug-in {}: {} {} has no {}", file.string(), type->name, name,
            kind.summary.empty() ? "summary" : "maker");
+    check_words(kind.summary, fmt::format("summary of {}", name), file);
     if (!names.emplace(kind.type, kind.name).second)
       fail(ErrorKind::Input, "plug-in {}: {} {} is defined twice", file.string(), type->name, name);
     kinds.push_back(kind);
@@ -192,11 +221,11 @@ std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& fil
 
 }  // namespace
 
-void load_plugin(const fs::path& file) {
+std::string load_plugin(const fs::path& file) {
   const std::vector<std::byte> bytes = core::read_file(file);
   const std::string hash = core::content_hash(bytes);
   for (const core::Plugin& loaded : core::plugins())
-    if (loaded.content_hash == hash) return;
+    if (loaded.content_hash == hash) return loaded.name;
   const std::string build = stated_build(bytes);
   if (build.empty())
     fail(ErrorKind::Input,
@@ -215,14 +244,18 @@ void load_plugin(const fs::path& file) {
     if (loaded.name == table.name)
       fail(ErrorKind::Input, "plug-in {}: the name {} is already taken by {}", file.string(),
            loaded.name, loaded.file.string());
-  std::vector<KindInPlugin> kinds = kinds_of(table, file);
+  const std::vector<KindInPlugin> kinds = kinds_of(table, file);
+  std::vector<std::string> names;
+  for (const KindInPlugin& kind : kinds) names.emplace_back(kind.name);
   core::add_plugin({.name = table.name,
                     .version = table.version,
                     .licence = table.licence,
                     .file = fs::absolute(file),
-                    .content_hash = hash},
+                    .content_hash = hash,
+                    .kinds = std::move(names)},
                    std::span(table.rows, table.num_rows));
   all_kinds().insert(all_kinds().end(), kinds.begin(), kinds.end());
+  return table.name;
 }
 
 std::vector<FoundPlugin> plugins_on_path(std::string_view path_variable) {

@@ -21,10 +21,11 @@ struct KindInPlugin {
 /// often it is named.
 ///
 /// Nothing of the file is run before the build that it states is found to be the program's own.
+/// returns  its name
 /// throws   Input: not a plug-in, of another build (what differs, on both sides), a library that it needs is missing,
 ///          names that are not "NAME.kind", a name that is taken; Io
 /// threads  one, before any table is read
-void load_plugin(const std::filesystem::path& file);
+std::string load_plugin(const std::filesystem::path& file);
 
 /// A file on the path of plug-ins, or why an entry of the path has none.
 struct FoundPlugin {

@@ -63,10 +63,12 @@ class WorkFolder {
 struct Heard {
   std::vector<LawTried> laws;
   std::string ended;
+  std::string wrong_keys;  ///< what is wrong with the keys that were given
   bool is_done = false;
 };
 
-// A record is a letter, text, and a zero byte: L law begun, B what is broken, E what was thrown, D done.
+// A record is a letter, text, and a zero byte: L law begun, B what is broken, E what was thrown, K what is wrong with the
+// keys that were given, D done.
 void send(int pipe, char what, const std::string& text) {
   std::string record = what + text;
   std::erase(record, '\0');
@@ -95,10 +97,16 @@ void hear(std::string& text, Heard& heard) {
     if (text.front() == 'L') heard.laws.push_back({.law = record, .broken = {}});
     if (text.front() == 'B' && !heard.laws.empty()) heard.laws.back().broken = record;
     if (text.front() == 'E') heard.ended = record;
+    if (text.front() == 'K') heard.wrong_keys = record;
     if (text.front() == 'D') heard.is_done = true;
     text.erase(0, end + 1);
   }
 }
+
+/// The keys that were given for a kind do not fit it.
+struct WrongKeys {
+  std::string message;
+};
 
 /// What the exception that is being handled says.
 std::string words_of_exception() {
@@ -123,6 +131,8 @@ std::string words_of_exception() {
     });
     work(report);
     send(pipe, 'D', "");
+  } catch (const WrongKeys& wrong) {
+    send(pipe, 'K', wrong.message);
   } catch (...) {
     send(pipe, 'E', words_of_exception());
   }
@@ -157,7 +167,7 @@ bool listen(int pipe, double limit_s, Heard& heard) {
 std::string words_of_status(int status) {
   if (WIFSIGNALED(status)) return fmt::format("crashed by SIG{}", sigabbrev_np(WTERMSIG(status)));
   if (WIFEXITED(status) && WEXITSTATUS(status) == core::exit_status(ErrorKind::Internal))
-    return "crashed (its place on the stack stands above)";
+    return "crashed or called exit() (its place on the stack stands above)";
   return fmt::format("ended the process with status {} in the midst of it", WEXITSTATUS(status));
 }
 
@@ -210,32 +220,31 @@ Heard in_child(double limit_s, const std::function<void(LawReport&)>& work) {
   return heard;
 }
 
-/// The keys of a kind after those that name it.
-std::string toml_of(const KindInPlugin& kind, std::string_view key, const CheckOptions& options) {
+const KindKeys* keys_of(const KindInPlugin& kind, const CheckOptions& options) {
   const auto own = options.keys.find(std::string(kind.name));
-  return fmt::format("{} = \"{}\"\n{}", key, kind.name,
-                     own == options.keys.end() ? std::string() : own->second);
+  return own == options.keys.end() ? nullptr : &own->second;
 }
 
+/// Reads the options of a kind: its defaults, and the keys that were given.
+/// key      that names the kind
+/// others   keys beside it, as of --set
+/// throws   WrongKeys: keys were given, and do not fit
 template <class Options>
-Options read_options(const std::string& toml) {
-  Options options;
-  core::TomlDocument::parse(toml, "the kind's keys").read(options);
-  return options;
-}
-
-struct SensorChoice : core::Choice<sensors::SensorInfo> {
-  void describe(core::SchemaVisitor& visit) {
-    Choice::describe(visit, "kind", "sensor", "", sensors::sensors());
+Options read_options(const KindInPlugin& kind, const std::string& key, const CheckOptions& options,
+                     LawReport& report, std::vector<std::string> others = {}) {
+  report.begin("its options are read");
+  const KindKeys* keys = keys_of(kind, options);
+  others.push_back(fmt::format("{}=\"{}\"", key, kind.name));
+  try {
+    Options read;
+    core::TomlDocument::parse(keys == nullptr ? "" : keys->toml,
+                              keys == nullptr ? "the kind's keys" : keys->file, others)
+        .read(read);
+    return read;
+  } catch (const core::Error& error) {
+    if (keys == nullptr || error.kind() != ErrorKind::Config) throw;
+    throw WrongKeys{error.what()};
   }
-};
-
-/// A camera of a model with keys as they stand in a config.
-geo::CameraIntrinsics read_camera(const std::string& toml) {
-  rigs::RigOptions rig;
-  rig.name = "laws";
-  rig.cameras.push_back(read_options<rigs::CameraOptions>("name = \"camera\"\n" + toml));
-  return rigs::build_cameras({rig}).front().intrinsics;
 }
 
 /// The laws of one kind, by its type of table.
@@ -244,23 +253,24 @@ void try_laws(const KindInPlugin& kind, const CheckOptions& options, const LawGr
   if (kind.type == "camera") {
     const auto& info = core::find_registered(geo::camera_models(), "camera model", kind.name);
     try_camera(example_camera(info), report);
-    if (!options.keys.contains(std::string(kind.name))) return;
+    if (keys_of(kind, options) == nullptr) return;
+    rigs::RigOptions rig;
+    rig.name = "laws";
+    rig.cameras.push_back(
+        read_options<rigs::CameraOptions>(kind, "model", options, report, {"name=\"camera\""}));
     report.begin("the camera of its keys is read");
-    try_camera(read_camera(toml_of(kind, "model", options)), report);
+    try_camera(rigs::build_cameras({rig}).front().intrinsics, report);
   } else if (kind.type == "sensor") {
-    report.begin("its options are read");
-    const auto sensor = read_options<SensorChoice>(toml_of(kind, "kind", options));
-    in_law_scene(ground, [&](const LawScene& scene) { try_sensor(sensor, scene, report); });
+    const auto sensor =
+        read_options<sensors::SensorOptions>(kind, "kind", options, report, {"name=\"laws\""});
+    in_law_scene(ground, [&](const LawScene& scene) { try_sensor(sensor.sensor, scene, report); });
   } else if (kind.type == "medium") {
-    report.begin("its options are read");
-    const auto medium = read_options<scene::MediumChoice>(toml_of(kind, "kind", options));
+    const auto medium = read_options<scene::MediumChoice>(kind, "kind", options, report);
     in_law_scene(ground, [&](const LawScene& scene) { try_medium(medium, scene, report); });
   } else if (kind.type == "layer") {
-    report.begin("its options are read");
-    try_layer(read_options<tiler::LayerOptions>(toml_of(kind, "kind", options)), folder, report);
+    try_layer(read_options<tiler::LayerOptions>(kind, "kind", options, report), folder, report);
   } else if (kind.type == "exporter") {
-    report.begin("its options are read");
-    try_exporter(read_options<exporters::ExportOptions>(toml_of(kind, "format", options)),
+    try_exporter(read_options<exporters::ExportOptions>(kind, "format", options, report),
                  ground.captures(), folder, report);
   } else if (kind.type == "check") {
     const auto& info = core::find_registered(validate::checks(), "check", kind.name);
@@ -280,19 +290,21 @@ bool KindVerdict::is_kept() const {
 
 std::vector<KindVerdict> check_plugins(const CheckOptions& options,
                                        const std::function<void(const KindVerdict&)>& told) {
+  std::vector<KindInPlugin> kinds;
+  for (const KindInPlugin& kind : kinds_in_plugins())
+    if (kind.name.starts_with(options.plugin + ".")) kinds.push_back(kind);
   for (const auto& [name, keys] : options.keys) {
-    const auto kinds = kinds_in_plugins();
-    if (std::none_of(kinds.begin(), kinds.end(),
-                     [&](const KindInPlugin& kind) { return kind.name == name; }))
-      fail(ErrorKind::Config, "no loaded plug-in has a kind {}", name);
-    if (std::any_of(kinds.begin(), kinds.end(), [&](const KindInPlugin& kind) {
-          return kind.name == name && kind.type == "check";
-        }))
+    const auto kind = std::find_if(kinds.begin(), kinds.end(),
+                                   [&](const KindInPlugin& one) { return one.name == name; });
+    if (kind == kinds.end())
+      fail(ErrorKind::Config, "plug-in {} has no kind {}; `terracast plugin list` names its kinds",
+           options.plugin, name);
+    if (kind->type == "check")
       fail(ErrorKind::Config, "{}: checks have no keys; leave --keys out", name);
+    core::TomlDocument::parse(keys.toml, keys.file);  // that it is TOML
   }
   const WorkFolder work(options.folder);
   const LawGround ground{work.path() / "ground"};
-  const auto kinds = kinds_in_plugins();
   if (std::any_of(kinds.begin(), kinds.end(), [](const KindInPlugin& kind) {
         return kind.type != "camera" && kind.type != "layer";
       })) {
@@ -307,6 +319,8 @@ std::vector<KindVerdict> check_plugins(const CheckOptions& options,
     const Heard heard = in_child(options.limit_s, [&](LawReport& report) {
       try_laws(kind, options, ground, work.path() / std::string(kind.name), report);
     });
+    if (!heard.wrong_keys.empty())
+      fail(ErrorKind::Config, "keys of {}: {}", kind.name, heard.wrong_keys);
     verdicts.push_back({.kind = kind, .laws = heard.laws, .ended = heard.ended});
     told(verdicts.back());
   }

@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
+#include <thread>
 
 #include "core/atomic_file.h"
 #include "core/json.h"
+#include "core/program.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -61,7 +65,13 @@ TEST(Plugins, WhatIsWrongIsNamedAndTheOthersAreTriedAllTheSame) {
                             "error: plug-in broken 0.1",
                             "crashed: SEGV",
                             "sensor    broken.leaving: REFUSED",
-                            "ended the process with status 0",
+                            "called _Exit()",
+                            "sensor    broken.nameless: REFUSED",
+                            "it has a channel \"height, m\n            \"; a name is of a to z",
+                            "sensor    broken.shadowing: REFUSED",
+                            "the key \"rate_hz\" of the top level is described twice",
+                            "sensor    broken.uncopied: REFUSED",
+                            "broken.uncopied: its clone() returned nothing; this is a bug of",
                             "camera    broken.shifted: REFUSED",
                             "comes back 0.001 px away",
                             "layer     broken.counting: REFUSED",
@@ -368,7 +378,85 @@ TEST(Plugins, WhatFailsInAJobNamesItsPlugin) {
   EXPECT_THAT(crashing.output, AllOf(HasSubstr("plug-in broken 0.1"), HasSubstr("crashed: SEGV")));
   const ProgramResult exiting = run_with("broken.exiting");
   EXPECT_EQ(exiting.status, 70) << exiting.output;
-  EXPECT_THAT(exiting.output, AllOf(HasSubstr("exit() was called"), HasSubstr("plug-in broken")));
+  EXPECT_THAT(exiting.output,
+              AllOf(HasSubstr("plug-in broken 0.1"), HasSubstr("called quick_exit()")));
+  const ProgramResult leaving = run_with("broken.leaving");
+  EXPECT_EQ(leaving.status, 70) << leaving.output;
+  EXPECT_THAT(leaving.output, AllOf(HasSubstr("plug-in broken 0.1"), HasSubstr("called _Exit()")));
+  // What would be wrong in the files without a word.
+  const ProgramResult nameless = run_with("broken.nameless");
+  EXPECT_EQ(nameless.status, 70) << nameless.output;
+  EXPECT_THAT(nameless.output, AllOf(HasSubstr("has a channel \"height, m\\x0a\""),
+                                     HasSubstr("this is a bug of plug-in broken")));
+  const ProgramResult nan = run_with("broken.nan");
+  EXPECT_EQ(nan.status, 70) << nan.output;
+  EXPECT_THAT(nan.output, AllOf(HasSubstr("value at "), HasSubstr(" s is NaN; this is a bug of "
+                                                                  "plug-in broken")));
+}
+
+TEST(Plugins, WhatFailsWhileItIsLoadedIsNamed) {
+  const std::string file = plugin("at_load");
+  const auto load = [&](const char* does) {
+    setenv("TERRACAST_AT_LOAD", does, 1);
+    const ProgramResult result = terracast({"--plugin", file, "list", "sensors"});
+    unsetenv("TERRACAST_AT_LOAD");
+    return result;
+  };
+  EXPECT_EQ(load("nothing").status, 0);
+  const std::pair<const char*, const char*> cases[] = {{"throw", "no licence server"},
+                                                       {"crash", "crashed: ABRT"},
+                                                       {"exit", "called exit()"},
+                                                       {"leave", "called _exit()"}};
+  for (const auto& [does, words] : cases) {
+    const ProgramResult result = load(does);
+    EXPECT_EQ(result.status, 70) << result.output;
+    EXPECT_THAT(result.output, AllOf(HasSubstr("plug-in " + file), HasSubstr(words)));
+  }
+  // What is compiled with -ffast-math changes the state of the processor, for every sum of the program.
+  setenv("TERRACAST_AT_LOAD", "flush", 1);
+  const ProgramResult checked = terracast({"plugin", "check", file});
+  unsetenv("TERRACAST_AT_LOAD");
+  EXPECT_EQ(checked.status, 0) << checked.output;
+}
+
+TEST(Plugins, OneThatHangsWhileItIsLoadedCanBeEnded) {
+  const ScratchFolder folder;
+  setenv("TERRACAST_AT_LOAD", "hang", 1);
+  const std::string log = (folder / "log").string();
+  core::RunningProgram running(kTerracast, {"--plugin", plugin("at_load"), "list", "sensors"},
+                               {.log_file = log});
+  unsetenv("TERRACAST_AT_LOAD");
+  const auto is_hanging = [&] {
+    return fs::exists(log) && core::read_text_file(log).find("hanging") != std::string::npos;
+  };
+  while (!is_hanging()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  running.send(SIGTERM);
+  std::optional<core::ProgramEnd> end;
+  while (!(end = running.end())) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(end->kind, core::ProgramEnd::Kind::Killed);
+  EXPECT_EQ(end->status, SIGTERM);
+}
+
+// What is wrong with the keys that a user gives is not the plug-in's fault.
+TEST(Plugins, KeysThatDoNotFitAreTheirFilesMistake) {
+  const ScratchFolder folder;
+  const auto check = [&](const std::string& keys, const std::string& text) {
+    core::write_file(folder / "keys.toml", text);
+    return terracast({"plugin", "check", plugin("sample"), "--keys",
+                      keys + "=" + (folder / "keys.toml").string()});
+  };
+  const ProgramResult unknown = check("sample.altimeter", "\nmost_rnge_m = 1.0\n");
+  EXPECT_EQ(unknown.status, 2) << unknown.output;
+  EXPECT_THAT(unknown.output, AllOf(HasSubstr("keys of sample.altimeter: "),
+                                    HasSubstr("keys.toml:2:1: unknown key \"most_rnge_m\"")));
+  const ProgramResult broken = check("sample.altimeter", "a = = 1\n");
+  EXPECT_EQ(broken.status, 2) << broken.output;
+  EXPECT_THAT(broken.output, HasSubstr("keys.toml:1:"));
+  const ProgramResult nobodys = check("sample.altimetre", "");
+  EXPECT_EQ(nobodys.status, 2) << nobodys.output;
+  EXPECT_THAT(nobodys.output, HasSubstr("plug-in sample has no kind sample.altimetre"));
+  EXPECT_EQ(terracast({"plugin", "check", plugin("sample"), "--limit", "nan"}).status, 2);
+  EXPECT_EQ(terracast({"plugin", "list", "--plugin="}).status, 2);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ struct NanSensor : Sensor {
   void measure(const sensors::SensorSite&, std::span<const double> times_s,
                std::span<double> values) const override {
     for (std::size_t i = 0; i < times_s.size(); ++i)
-      values[i] = times_s[i] > 0.5 ? std::sqrt(0.5 - times_s[i]) : 1.0;
+      values[i] = std::sqrt(times_s[i] - 0.5);
   }
 };
 
@@ -101,6 +101,37 @@ struct ExitingSensor : Sensor {
                std::span<double>) const override {
     std::quick_exit(0);
   }
+};
+
+/// Its channel's name would break the tables that it heads.
+struct NamelessSensor : Sensor {
+  std::unique_ptr<sensors::Sensor> clone() const override {
+    return std::make_unique<NamelessSensor>(*this);
+  }
+  std::vector<capture::StreamChannel> channels() const override {
+    return {{.name = "height, m\n", .unit = "m"}};
+  }
+  void measure(const sensors::SensorSite&, std::span<const double>,
+               std::span<double>) const override {}
+};
+
+/// Has a key that every sensor has.
+struct ShadowingSensor : Sensor {
+  std::unique_ptr<sensors::Sensor> clone() const override {
+    return std::make_unique<ShadowingSensor>(*this);
+  }
+  void describe(core::SchemaVisitor& visit) override {
+    visit.key("rate_hz", rate_hz_, "Another rate.");
+  }
+  void measure(const sensors::SensorSite&, std::span<const double>,
+               std::span<double>) const override {}
+  double rate_hz_ = 1.0;
+};
+
+struct UncopiedSensor : Sensor {
+  std::unique_ptr<sensors::Sensor> clone() const override { return nullptr; }
+  void measure(const sensors::SensorSite&, std::span<const double>,
+               std::span<double>) const override {}
 };
 
 template <class Kind>
@@ -230,6 +261,9 @@ sensors::SensorInfo leaving_sensor() { return sensor_row<LeavingSensor>("broken.
 
 sensors::SensorInfo exiting_sensor() { return sensor_row<ExitingSensor>("broken.exiting"); }
 
+sensors::SensorInfo nameless_sensor() { return sensor_row<NamelessSensor>("broken.nameless"); }
+sensors::SensorInfo shadowing_sensor() { return sensor_row<ShadowingSensor>("broken.shadowing"); }
+sensors::SensorInfo uncopied_sensor() { return sensor_row<UncopiedSensor>("broken.uncopied"); }
 geo::CameraModelInfo shifted_camera() {
   return {.name = "broken.shifted",
           .summary = "pixels come back aside",
