@@ -6,6 +6,7 @@
 #include "batch/array_index.h"
 #include "core/error.h"
 #include "core/plugin_rows.h"
+#include "core/program.h"
 
 namespace terracast::batch {
 namespace {
@@ -22,18 +23,6 @@ constexpr double kMemoryMargin = 1.5;
 /// Before a task's time is up it is warned, with time for the frame at hand.
 constexpr double kWarning_s = 120.0;
 constexpr double kWarningPerLimit = 0.25;
-
-/// A word for the shell, as it is.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) {
-    if (c == '\'')
-      result += "'\\''";
-    else
-      result += c;
-  }
-  return result + "'";
-}
 
 /// A part of a name of a log file, in which Slurm takes % for the start of a field.
 std::string without_fields(const std::string& text) {
@@ -100,13 +89,14 @@ std::int64_t memory_mib(const Plan& plan, const SlurmOptions& options) {
 std::string task_script(const Plan& plan, Stage stage, int offset, const std::string& job,
                         const SlurmOptions& options) {
   std::string plugins;
-  for (const std::string& word : core::plugin_arguments()) plugins += " " + quoted(word);
+  for (const std::string& word : core::plugin_arguments())
+    plugins += " " + core::shell_quoted(word);
   return fmt::format(
       "#!/bin/sh\n"
       "exec {} batch run {} --stage {} --shard \"$(({} + SLURM_ARRAY_TASK_ID))/{}\" --needs \\\n"
       "  --threads {} --lease-s {} --max-tries {} --requeue{}\n",
-      quoted(options.program.string()), quoted(job), stage_name(stage), offset,
-      num_tasks(plan, stage, options), options.num_cpus, options.claims.lease_s,
+      core::shell_quoted(options.program.string()), core::shell_quoted(job), stage_name(stage),
+      offset, num_tasks(plan, stage, options), options.num_cpus, options.claims.lease_s,
       options.claims.max_tries, plugins);
 }
 
@@ -121,11 +111,13 @@ std::string sbatch_command(const Plan& plan, Stage stage, int last, bool is_firs
       "sbatch --parsable --job-name={} --array=0-{} \\\n"
       "  --cpus-per-task={} --mem={}M --time={} --signal=B:USR1@{} \\\n"
       "  --requeue --open-mode=append --chdir=\"$job\" --output={}",
-      quoted(fmt::format("{}-{}", plan.name, stage_name(stage))), last, options.num_cpus,
-      memory_mib(plan, options), limit_min, warning_s(limit_min), quoted(logs));
-  if (!options.partition.empty()) text += " --partition=" + quoted(options.partition);
+      core::shell_quoted(fmt::format("{}-{}", plan.name, stage_name(stage))), last,
+      options.num_cpus, memory_mib(plan, options), limit_min, warning_s(limit_min),
+      core::shell_quoted(logs));
+  if (!options.partition.empty()) text += " --partition=" + core::shell_quoted(options.partition);
   if (!is_first_stage) text += " --dependency=\"afterany$before\"";
-  for (const std::string& argument : options.arguments) text += " \\\n  " + quoted(argument);
+  for (const std::string& argument : options.arguments)
+    text += " \\\n  " + core::shell_quoted(argument);
   return text;
 }
 
@@ -154,7 +146,7 @@ std::string slurm_script(const Plan& plan, const std::filesystem::path& job_fold
       "# All or none: where one array is refused, those before it are taken back.\n"
       "ids=\n"
       "trap '[ -z \"$ids\" ] || scancel $ids' EXIT\n",
-      quoted(job));
+      core::shell_quoted(job));
   bool is_first_stage = true;
   for (const Stage stage : kStages) {
     const int count = num_tasks(plan, stage, options);

@@ -51,8 +51,8 @@ std::string wrong_channels(std::span<const StreamChannel> channels) {
                          name == "time_s" ? "beside the time, which has this name" : "twice");
     if (!is_unit(channel.unit))
       return fmt::format(
-          "has a channel {} in \"{}\"; a unit is of 32 characters at most, without commas, quotes "
-          "and ends of lines",
+          "has a channel {} in \"{}\"; a unit is of 32 bytes at most, without control "
+          "characters, commas, semicolons, quotes and backslashes",
           name, core::first_letters(channel.unit, 100));
   }
   return {};

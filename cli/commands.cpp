@@ -4,14 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -503,17 +501,26 @@ std::string thrown_by() {
   return thrower.empty() ? "" : fmt::format(" (thrown by {})", thrower);
 }
 
-/// The words of the exception that is being handled. Those of plug-ins are foreign text, and an Internal error that one of
-/// them provoked in the program's own code is told with its name.
+/// Text of a plug-in as it may stand on a terminal; ends of lines stay. Beside it stands text that is printable() already.
+std::string without_control_characters(std::string_view text) {
+  std::string words;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte < 0x20 && c != '\n') || byte == 0x7f)
+      words += fmt::format("\\x{:02x}", byte);
+    else
+      words += c;
+  }
+  return words;
+}
+
+/// The words of the exception that is being handled. An Internal error that was thrown below a plug-in's function, by that or
+/// by what it called, is told with the plug-in's name.
 std::string words_of(const core::Error& error) {
   const std::string thrower = plugins::thrower_of_current_exception();
   if (thrower.empty()) return error.what();
-  std::string words;
-  std::istringstream lines(error.what());
-  for (std::string line; std::getline(lines, line);)
-    words += (words.empty() ? "" : "\n") + core::printable(line);
-  return error.kind() == ErrorKind::Internal ? fmt::format("{}\n  in code of {}", words, thrower)
-                                             : words;
+  return without_control_characters(error.what()) +
+         (error.kind() == ErrorKind::Internal ? fmt::format("\n  in a call from {}", thrower) : "");
 }
 
 /// Names whose bug an unexpected exception is.
@@ -523,37 +530,10 @@ std::string whose_bug() {
                          : fmt::format("this is a bug of {}", thrower);
 }
 
-std::atomic<bool> is_at_work = false;
-
-/// Called by exit() and quick_exit(). Of a command that is at work they end a process that has made half of its files, with
-/// whatever status: nothing of ours calls them then.
-void refuse_exit_at_work() {
-  if (!is_at_work) return;
-  std::fputs("error: exit() was called while the command was at work", stderr);
-  for (const core::Plugin& plugin : core::plugins())
-    std::fprintf(stderr, "; plug-in %s is loaded (%s)", plugin.name.c_str(), plugin.file.c_str());
-  std::fputs("; what is not done yet is missing\n", stderr);
-  _exit(core::exit_status(ErrorKind::Internal));
-}
-
-/// From its making to its end a command is at work.
-class AtWork {
- public:
-  AtWork() {
-    static const bool is_registered = [] {
-      return std::atexit(refuse_exit_at_work) == 0 && std::at_quick_exit(refuse_exit_at_work) == 0;
-    }();
-    is_at_work = is_registered;
-  }
-  ~AtWork() { is_at_work = false; }
-  AtWork(const AtWork&) = delete;
-  AtWork& operator=(const AtWork&) = delete;
-};
-
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
-  const AtWork at_work;
+  const plugins::AtWork at_work;
   try {
     const std::vector<const char*> others = load_named_plugins(argc, argv);
     const int status = parse_and_run(static_cast<int>(others.size()), others.data());

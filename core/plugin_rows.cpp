@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/json.h"
+#include "core/program.h"
 
 namespace terracast::core {
 namespace {
@@ -20,7 +21,7 @@ struct Loaded {
 };
 
 Loaded& loaded() {
-  static Loaded all;
+  static Loaded& all = *new Loaded;  // what runs at the end of the process asks too
   return all;
 }
 
@@ -119,7 +120,7 @@ std::vector<std::string> plugin_arguments() {
 
 std::string program_with_plugins() {
   std::string text = "terracast";
-  for (const std::string& argument : plugin_arguments()) text += " " + argument;
+  for (const Plugin& plugin : plugins()) text += " --plugin " + shell_quoted(plugin.file.string());
   return text;
 }
 

@@ -52,7 +52,7 @@ std::vector<Info> with_plugin_rows(std::vector<Info> own) {
   return own;
 }
 
-/// In what follows a text names a kind where the kind's whole name stands between characters that no name or path holds.
+/// In what follows a text names a kind where the kind's whole name stands between others than letters, digits, _, -, . and /.
 ///
 /// A line "plugin NAME VERSION HASH" for each loaded plug-in of which `text` names a kind. It belongs into every hash of
 /// what plug-ins take part in: what an edited plug-in has made is then made again.
@@ -68,7 +68,7 @@ Json plugin_record(std::string_view text);
 /// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
 std::vector<std::string> plugin_arguments();
 
-/// "terracast --plugin /path/mine.so …": how commands begin that users are told, so that they have the same plug-ins.
+/// "terracast --plugin '/path/mine.so' …": the begin of a command that a user is told and that must have the same plug-ins.
 std::string program_with_plugins();
 
 /// Whether a name fits a plug-in or one of its kinds: a to z, 0 to 9 and _, starting with a letter, at most 64.

@@ -197,4 +197,15 @@ ProgramEnd run_program(const fs::path& program, const std::vector<std::string>& 
   return {.kind = ProgramEnd::Kind::TimedOut, .status = 0};
 }
 
+std::string shell_quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) {
+    if (c == '\'')
+      result += "'\\''";
+    else
+      result += c;
+  }
+  return result + "'";
+}
+
 }  // namespace terracast::core

@@ -10,6 +10,9 @@ namespace terracast::core {
 /// Where a program of that name lies, by the folders of PATH.
 std::optional<std::filesystem::path> find_program(const std::string& name);
 
+/// A word as a shell takes it whatever it holds: in single quotes.
+std::string shell_quoted(const std::string& text);
+
 /// How a run of another program ended.
 struct ProgramEnd {
   enum class Kind { Exited, Killed, TimedOut };

@@ -20,6 +20,7 @@ namespace terracast::exporters {
 
 /// Hash of all that determines a dataset: the program's version, the exporter's options, and each
 /// sequence's manifest (which holds the hash of everything captured).
+/// format   the kind's name: by it an edited plug-in is noticed
 std::string source_hash(std::string_view format, const Exporter& exporter,
                         const std::vector<capture::SequenceReader>& sequences);
 

@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <mutex>
@@ -73,11 +75,15 @@ const core::Plugin* plugin_in(void* const* frames, int num_frames) {
   return nullptr;
 }
 
-/// The file that is being loaded; empty: none.
+/// The file that is being loaded; empty: none. It lives as long as the process: what runs at its end asks too.
 std::string& loading_file() {
-  static std::string file;
+  static std::string& file = *new std::string;
   return file;
 }
+
+std::atomic<bool> is_at_work = false;
+/// The process whose end is looked at; 0: none.
+std::atomic<pid_t> looked_at = 0;
 
 void write_text(const char* text) {
   const std::size_t size = std::strlen(text);
@@ -133,6 +139,8 @@ std::string thrower_of_current_exception() {
 void name_plugins_in_crashes() {
   std::array<void*, 1> frame;
   backtrace(frame.data(), 1);  // loads what it needs, which a signal handler must not
+  loading_file();
+  looked_at = getpid();
   // A stack that overflows leaves no room for the handler.
   static std::array<char, 64 * 1024> handler_stack;
   stack_t stack{};
@@ -151,9 +159,30 @@ Loading::~Loading() { loading_file().clear(); }
 
 /// Called by exit() and its kin below.
 void note_exit(const char* function) {
-  if (core::plugins().empty() && loading_file().empty()) return;
-  end_if_of_plugin("called ", function);
+  if (!is_at_work || looked_at != getpid()) return;
+  if (!core::plugins().empty() || !loading_file().empty()) end_if_of_plugin("called ", function);
 }
+
+/// Called at the end by exit() and quick_exit(), whoever called those.
+void refuse_exit_at_work() {
+  if (!is_at_work || looked_at != getpid()) return;
+  write_text(
+      "error: exit() was called while the command was at work; what is not done yet is missing");
+  for (const core::Plugin& plugin : core::plugins())
+    for (const char* part :
+         {"; plug-in ", plugin.name.c_str(), " is loaded (", plugin.file.c_str(), ")"})
+      write_text(part);
+  write_text("\n");
+  end_process(core::exit_status(core::ErrorKind::Internal));
+}
+
+AtWork::AtWork() {
+  static const bool is_registered =
+      std::atexit(refuse_exit_at_work) == 0 && std::at_quick_exit(refuse_exit_at_work) == 0;
+  is_at_work = is_registered;
+}
+
+AtWork::~AtWork() { is_at_work = false; }
 
 /// Called by __cxa_throw below.
 void note_throw(const void* exception) {

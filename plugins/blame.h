@@ -18,9 +18,20 @@ constexpr std::size_t kMostThrown = 256;
 /// the process with status 70 in place of the signal; other crashes end it as they did. Not where a stack overflows on
 /// another thread than the first.
 ///
-/// A plug-in's call of exit(), quick_exit(), _exit() or _Exit(), or of a library that calls them, always ends so: it would
-/// leave half of the files, with whatever status.
+/// While a command is at work (AtWork), so does a call of exit(), quick_exit(), _exit() or _Exit() in this process below one of
+/// a plug-in's functions: it would leave half of the files, with whatever status. Not in children that a plug-in forks.
+///
+/// Of a stack the nearest 64 frames are looked at. In a child of fork() that shall go on so, call it again.
 void name_plugins_in_crashes();
+
+/// From its making to its end a command is at work: who calls exit() or quick_exit() then, ends it with status 70.
+class AtWork {
+ public:
+  AtWork();
+  ~AtWork();
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+};
 
 /// While it lives, a crash or an exit in no known plug-in is that of a file which is being loaded. Threads: one.
 class Loading {

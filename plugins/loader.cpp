@@ -169,7 +169,7 @@ void check_words(std::string_view words, const std::string& what, const fs::path
   if (words.size() > kMostBytes || core::printable(words) != words)
     fail(ErrorKind::Input,
          "plug-in {}: its {} is \"{}\"; it takes {} bytes of UTF-8 at most, without control "
-         "characters",
+         "characters and \\x",
          file.string(), what, core::printable(core::first_letters(words, 100)), kMostBytes);
 }
 

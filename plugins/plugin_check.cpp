@@ -242,8 +242,23 @@ Options read_options(const KindInPlugin& kind, const std::string& key, const Che
         .read(read);
     return read;
   } catch (const core::Error& error) {
-    if (keys == nullptr || error.kind() != ErrorKind::Config) throw;
+    if (keys == nullptr || error.kind() == ErrorKind::Internal) throw;
     throw WrongKeys{error.what()};
+  }
+}
+
+/// A camera's own keys beside those that every camera has.
+void check_camera_keys(const KindInPlugin& kind, LawReport& report) {
+  struct Keys {
+    rigs::CameraOptions camera;
+    void describe(core::SchemaVisitor& visit) { camera.describe(visit); }
+  } keys;
+  report.begin("its keys have names of their own");
+  try {
+    core::TomlDocument::parse(fmt::format("model = \"{}\"", kind.name), "the camera's keys")
+        .read(keys);
+  } catch (const core::Error& error) {
+    if (error.kind() != ErrorKind::Config) throw;  // keys without a default are missing
   }
 }
 
@@ -252,6 +267,7 @@ void try_laws(const KindInPlugin& kind, const CheckOptions& options, const LawGr
               const fs::path& folder, LawReport& report) {
   if (kind.type == "camera") {
     const auto& info = core::find_registered(geo::camera_models(), "camera model", kind.name);
+    check_camera_keys(kind, report);
     try_camera(example_camera(info), report);
     if (keys_of(kind, options) == nullptr) return;
     rigs::RigOptions rig;
@@ -315,15 +331,20 @@ std::vector<KindVerdict> check_plugins(const CheckOptions& options,
            ground.folder.string(), made.ended);
   }
   std::vector<KindVerdict> verdicts;
+  std::string wrong_keys;
   for (const KindInPlugin& kind : kinds) {
     const Heard heard = in_child(options.limit_s, [&](LawReport& report) {
       try_laws(kind, options, ground, work.path() / std::string(kind.name), report);
     });
-    if (!heard.wrong_keys.empty())
-      fail(ErrorKind::Config, "keys of {}: {}", kind.name, heard.wrong_keys);
+    if (!heard.wrong_keys.empty()) {
+      wrong_keys += fmt::format("{}keys of {}: {}", wrong_keys.empty() ? "" : "\n", kind.name,
+                                heard.wrong_keys);
+      continue;
+    }
     verdicts.push_back({.kind = kind, .laws = heard.laws, .ended = heard.ended});
     told(verdicts.back());
   }
+  if (!wrong_keys.empty()) fail(ErrorKind::Config, "{}", wrong_keys);
   return verdicts;
 }
 

@@ -28,8 +28,8 @@ constexpr std::int64_t kNow = 0;
 
 /// Of the budget, what packed tiles may take.
 constexpr double kShareOfPacked = 0.5;
-/// By this share of the budget the process may grow after the first eviction, when nine tenths of the budget are in use,
-/// before freed memory is given back to the system; and by so much again where that does not help, as it is in use.
+/// By this share of the budget the process may grow after freed memory was given back to the system, before it is given back
+/// again. The first time is when kShareFreed of the budget was freed.
 constexpr double kShareOfGrowth = 1.0 / 8.0;
 /// After so much was freed, as a share of the budget, it is looked how much the process takes.
 constexpr double kShareFreed = 1.0 / 16.0;
@@ -369,10 +369,8 @@ bool SceneCache::evict_one(std::int64_t after_turn) {
   bytes_retired_ += slot.owned->num_bytes();
   retired_.push_back(
       {.epoch = epoch_.fetch_add(1) + 1, .tile_index = latest, .scene = std::move(slot.owned)});
-  if (stats_.num_evicted++ == 0) {
+  if (stats_.num_evicted++ == 0)
     stats_.bytes_at_first_eviction = stats_.bytes_resident + bytes_loading_;
-    allow_growth();
-  }
   return true;
 }
 
@@ -445,10 +443,6 @@ void SceneCache::hold_growth() {
   if (!bytes_freed_.compare_exchange_strong(bytes, 0)) return;
   if (core::resident_bytes() < most_resident_bytes_) return;
   core::give_freed_memory_back();
-  allow_growth();
-}
-
-void SceneCache::allow_growth() {
   most_resident_bytes_ = std::max(most_resident_bytes_.load(),
                                   core::resident_bytes() + kShareOfGrowth * budget_bytes_);
 }

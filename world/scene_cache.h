@@ -172,9 +172,8 @@ class SceneCache {
   /// Packs or destroys freed scenes, whose bytes count until then. Not under mutex_.
   void put_away(Freed& freed);
   /// Gives freed memory back to the system, which malloc would keep in pieces, when the process has grown by more than
-  /// kShareOfGrowth of the budget meanwhile: so far the process may take more than the budget.
+  /// kShareOfGrowth of the budget since that was last done: so far the process may take more than the budget.
   void hold_growth();
-  void allow_growth();
 
   void prefetch_loop(const std::stop_token& stop);
   /// Loads a tile unless that would evict what is needed no later.

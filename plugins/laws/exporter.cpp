@@ -8,6 +8,7 @@
 #include "core/log.h"
 #include "core/schema_writer.h"
 #include "core/toml_reader.h"
+#include "export/dataset_writer.h"
 #include "plugins/laws/laws.h"
 
 namespace terracast::plugins {
@@ -113,6 +114,11 @@ class ExporterLaws {
     for (const auto& [path, hash] : listed)
       report_.expect(whole_.contains(path), path + " is listed, and not there");
     report_.expect(record.at("format").string() == options_.format, "it names another format");
+    report_.expect(
+        record.at("source_hash").string() ==
+            exporters::source_hash(options_.format, options_.exporter(), sequences(captures_)),
+        "its source_hash is not that of its format's name, options and sequences: an "
+        "edited plug-in would go unnoticed");
   }
 
   void threads_do_not_matter() {

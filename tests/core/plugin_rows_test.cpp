@@ -21,14 +21,14 @@ TEST(PluginRows, ATextNamesAKindByItsWholeName) {
               .kinds = {"dem.laser", "dem.laser2"}},
              {});
   for (const char* text : {"kind = \"dem.laser\"", "kind='dem.laser'", "dem.laser", "dem.laser\n",
-                           "dem.laser\0", "sensor dem.laser2 1", "[dem.laser]"})
+                           "+dem.laser)", "sensor dem.laser2 1", "[dem.laser]"})
     EXPECT_EQ(named_in(text), "dem ") << text;
   for (const char* text :
        {"", "dem", "file = \"dem.job\"", "file = \"in/dem.laser\"", "file = \"dem.laser.toml\"",
         "big_dem.laser", "dem.laser3", "dem.laser_", "dem.laser-2", "dem.lase", "my.dem.laser"})
     EXPECT_EQ(named_in(text), "") << text;
   EXPECT_EQ(plugin_marks("\"dem.laser\""), "plugin dem 1.2 0123\n");
-  EXPECT_EQ(program_with_plugins(), "terracast --plugin /dem.so");
+  EXPECT_EQ(program_with_plugins(), "terracast --plugin '/dem.so'");
   EXPECT_EQ(bug_of_plugin("dem.laser"), "; this is a bug of plug-in dem");
   EXPECT_EQ(bug_of_plugin("rangefinder"), "");
 }

@@ -429,10 +429,19 @@ TEST(Plugins, OneThatHangsWhileItIsLoadedCanBeEnded) {
   const auto is_hanging = [&] {
     return fs::exists(log) && core::read_text_file(log).find("hanging") != std::string::npos;
   };
-  while (!is_hanging()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  running.send(SIGTERM);
+  const auto wait_until = [](const auto& holds) {
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    while (!holds()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), limit);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  };
   std::optional<core::ProgramEnd> end;
-  while (!(end = running.end())) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  wait_until([&] { return is_hanging() || (end = running.end()); });
+  ASSERT_FALSE(end) << end->text();
+  running.send(SIGTERM);
+  wait_until([&] { return static_cast<bool>(end = running.end()); });
+  ASSERT_TRUE(end);
   EXPECT_EQ(end->kind, core::ProgramEnd::Kind::Killed);
   EXPECT_EQ(end->status, SIGTERM);
 }
