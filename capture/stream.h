@@ -17,8 +17,8 @@ struct StreamChannel {
   bool operator==(const StreamChannel&) const = default;
 };
 
-/// What is wrong with the channels of a sensor: their number, or a name or unit that is there twice or cannot head a
-/// column of a table ("time_s" heads the first one); names in it are as they are, not printable. Empty: nothing.
+/// Why a sensor cannot have these channels: too few or too many, a name that is there twice, or a name or unit that cannot
+/// head a column of a table ("time_s" heads the first one). Names in the text are raw, not printable. Empty: it can.
 std::string wrong_channels(std::span<const StreamChannel> channels);
 
 /// A sensor that measures at times of its own, and its channels. Its folder in the capture is `<rig>/<name>`.

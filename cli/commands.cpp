@@ -515,7 +515,7 @@ std::string without_control_characters(std::string_view text) {
 }
 
 /// The words of the exception that is being handled. An Internal error that was thrown below a plug-in's function, by that or
-/// by what it called, is told with the plug-in's name.
+/// by what it called, names the plug-in.
 std::string words_of(const core::Error& error) {
   const std::string thrower = plugins::thrower_of_current_exception();
   if (thrower.empty()) return error.what();

@@ -68,7 +68,7 @@ Json plugin_record(std::string_view text);
 /// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
 std::vector<std::string> plugin_arguments();
 
-/// "terracast --plugin '/path/mine.so' …": the begin of a command that a user is told and that must have the same plug-ins.
+/// "terracast --plugin '/path/mine.so' …": the start of a command to suggest to a user, with the same plug-ins.
 std::string program_with_plugins();
 
 /// Whether a name fits a plug-in or one of its kinds: a to z, 0 to 9 and _, starting with a letter, at most 64.

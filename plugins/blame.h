@@ -21,7 +21,7 @@ constexpr std::size_t kMostThrown = 256;
 /// While a command is at work (AtWork), so does a call of exit(), quick_exit(), _exit() or _Exit() in this process below one of
 /// a plug-in's functions: it would leave half of the files, with whatever status. Not in children that a plug-in forks.
 ///
-/// Of a stack the nearest 64 frames are looked at. In a child of fork() that shall go on so, call it again.
+/// Only the nearest 64 frames of a stack are searched. Call it again in a child of fork() that shall behave so too.
 void name_plugins_in_crashes();
 
 /// From its making to its end a command is at work: who calls exit() or quick_exit() then, ends it with status 70.

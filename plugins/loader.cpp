@@ -127,7 +127,7 @@ std::string differences(const std::string& stated, const std::string& own) {
 void* opened(const fs::path& file) {
   const Loading loading(file);
   const core::StopSignalsEndTheProcess it_may_hang;
-  // What is built with -ffast-math has an initialiser that rounds tiny numbers to 0 for the whole process.
+  // Objects built with -ffast-math have an initialiser that makes the processor round tiny numbers to 0.
   std::fenv_t before;
   std::fegetenv(&before);
   dlerror();

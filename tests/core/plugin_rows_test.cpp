@@ -11,7 +11,7 @@ std::string named_in(std::string_view text) {
   return names;
 }
 
-// What takes part goes into hashes and cards: neither more nor less.
+// Exactly the plug-ins that take part go into hashes and cards.
 TEST(PluginRows, ATextNamesAKindByItsWholeName) {
   add_plugin({.name = "dem",
               .version = "1.2",

@@ -383,7 +383,7 @@ TEST(Plugins, WhatFailsInAJobNamesItsPlugin) {
   const ProgramResult leaving = run_with("broken.leaving");
   EXPECT_EQ(leaving.status, 70) << leaving.output;
   EXPECT_THAT(leaving.output, AllOf(HasSubstr("plug-in broken 0.1"), HasSubstr("called _Exit()")));
-  // What would be wrong in the files without a word.
+  // These would write wrong files silently.
   const ProgramResult nameless = run_with("broken.nameless");
   EXPECT_EQ(nameless.status, 70) << nameless.output;
   EXPECT_THAT(nameless.output, AllOf(HasSubstr("has a channel \"height, m\\x0a\""),
@@ -412,7 +412,7 @@ TEST(Plugins, WhatFailsWhileItIsLoadedIsNamed) {
     EXPECT_EQ(result.status, 70) << result.output;
     EXPECT_THAT(result.output, AllOf(HasSubstr("plug-in " + file), HasSubstr(words)));
   }
-  // What is compiled with -ffast-math changes the state of the processor, for every sum of the program.
+  // Code compiled with -ffast-math changes how the processor rounds, for the whole program.
   setenv("TERRACAST_AT_LOAD", "flush", 1);
   const ProgramResult checked = terracast({"plugin", "check", file});
   unsetenv("TERRACAST_AT_LOAD");
@@ -446,7 +446,7 @@ TEST(Plugins, OneThatHangsWhileItIsLoadedCanBeEnded) {
   EXPECT_EQ(end->status, SIGTERM);
 }
 
-// What is wrong with the keys that a user gives is not the plug-in's fault.
+// Mistakes in the keys that a user gives are not the plug-in's fault.
 TEST(Plugins, KeysThatDoNotFitAreTheirFilesMistake) {
   const ScratchFolder folder;
   const auto check = [&](const std::string& keys, const std::string& text) {

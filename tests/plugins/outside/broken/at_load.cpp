@@ -1,4 +1,4 @@
-// What its initialiser does while the file is loaded, the environment says: TERRACAST_AT_LOAD.
+// Its initialiser does what the environment variable TERRACAST_AT_LOAD says.
 #include <unistd.h>
 #include <xmmintrin.h>
 
