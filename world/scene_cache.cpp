@@ -31,7 +31,7 @@ constexpr double kShareOfPacked = 0.5;
 /// By this share of the budget the process may grow after freed memory was given back to the system, before it is given back
 /// again. The first time is when kShareFreed of the budget was freed.
 constexpr double kShareOfGrowth = 1.0 / 8.0;
-/// After so much was freed, as a share of the budget, it is looked how much the process takes.
+/// The process is measured each time that this share of the budget has been freed.
 constexpr double kShareFreed = 1.0 / 16.0;
 /// Units in work together may take this share of the budget, at so many bytes each. Their memory counts beside it.
 constexpr double kShareOfUnits = 1.0 / 16.0;
@@ -441,7 +441,8 @@ void SceneCache::hold_growth() {
   std::uint64_t bytes = bytes_freed_.load();
   if (static_cast<double>(bytes) < kShareFreed * budget_bytes_) return;
   if (!bytes_freed_.compare_exchange_strong(bytes, 0)) return;
-  if (core::resident_bytes() < most_resident_bytes_) return;
+  const double resident_bytes = core::resident_bytes();  // 0: unknown
+  if (resident_bytes > 0.0 && resident_bytes < most_resident_bytes_) return;
   core::give_freed_memory_back();
   most_resident_bytes_ = std::max(most_resident_bytes_.load(),
                                   core::resident_bytes() + kShareOfGrowth * budget_bytes_);
