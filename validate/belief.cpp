@@ -98,6 +98,15 @@ void adopt_truth(const std::vector<Camera>& believed, Sequence& sequence) {
     for (std::optional<Pose>& pose : camera.local_from_camera)
       if (pose) pose = *pose * believed_from_true;
   }
+  if (sequence.binary_model && sequence.has_rolling_shutters()) {
+    ColmapModel& stated = sequence.believed_model.emplace();
+    stated.cameras = sequence.binary_model->cameras;
+    for (const auto& [id, image] : sequence.binary_model->images) {
+      ColmapImage& copy = stated.images[id];
+      copy.camera_id = image.camera_id;
+      copy.camera_from_world = image.camera_from_world;
+    }
+  }
   for (std::optional<ColmapModel>* model : {&sequence.binary_model, &sequence.text_model})
     if (*model) adopt_truth(sequence, differences, **model);
 }

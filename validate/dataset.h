@@ -127,6 +127,9 @@ struct Sequence {
   Pose local_from_first;               ///< KITTI: camera 0 of the first frame, by georeference.csv
   std::optional<ColmapModel> binary_model;
   std::optional<ColmapModel> text_model;
+  /// Cameras and images (without observations) as the files of the binary model state them, where they are believed and
+  /// shutters roll: what the points' ERROR is by.
+  std::optional<ColmapModel> believed_model;
   std::vector<std::optional<OxtsPacket>> oxts;  ///< KITTI raw: one a frame
   Pose camera0_from_imu;                        ///< KITTI raw: by its calibration
   std::vector<Pose> first_from_camera0;         ///< KITTI raw: of the poses beside the packets

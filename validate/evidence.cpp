@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "validate/sampling.h"
@@ -18,7 +19,7 @@ struct Judged {
   int first;
   int last;
   double factor;  ///< from the estimate's unit to the report's
-  double Evidence::Bounds::*bound;
+  double Evidence::Bounds::*worth_finding;
   bool is_of_cameras;
   bool is_of_images;
 };
@@ -41,38 +42,6 @@ constexpr Judged kJudged[] = {
 
 constexpr const char* kAxes[kNumCorrections] = {"x", "y", "",  "",  "",  "",
                                                 "x", "y", "z", "x", "y", "z"};
-
-struct Worst {
-  double value = 0.0;
-  std::string where;
-  int num_seen = 0;
-  int num_unseen = 0;
-};
-
-/// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five
-/// standard errors counts.
-/// common    what the residuals may be off by all alike
-/// rounding  the most that each is off by
-void judge(const Evidence::Sum& sum, double factor, double bound, double common, double rounding,
-           const std::string& where, Worst& worst) {
-  constexpr double kSure = 5.0;
-  if (!(sum.slope_slope > 0.0)) {
-    ++worst.num_unseen;
-    return;
-  }
-  const double size = std::abs(factor * sum.slope_residual / sum.slope_slope);
-  const double error = factor * (std::sqrt(sum.variance) / sum.slope_slope +
-                                 common * std::sqrt(sum.weight / sum.slope_slope));
-  const double unsure = kSure * error + factor * rounding * std::sqrt(sum.weight / sum.slope_slope);
-  const bool is_seen = unsure < bound;
-  ++(is_seen ? worst.num_seen : worst.num_unseen);
-  const double value = is_seen ? size : std::max(0.0, size - unsure);
-  if (value <= worst.value && !worst.where.empty()) return;
-  if (!is_seen && value == 0.0) return;
-  worst.value = value;
-  worst.where = fmt::format("{}: {:.3g} ± {:.1g}", where,
-                            -factor * sum.slope_residual / sum.slope_slope, error);
-}
 
 /// What the principal point, the focal length and the scale of depth move a pixel's point in `a` by.
 /// in_a   d r / d point_a
@@ -135,16 +104,64 @@ void set_slopes(Residual& residual, const ViewPair& pair, const Transfer& transf
   }
 }
 
+int block_of(const Intrinsics& camera, const Eigen::Vector2d& pixel) {
+  constexpr int kSide = 4;
+  const auto part = [](double at, int size) {
+    return std::clamp(static_cast<int>(kSide * at / size), 0, kSide - 1);
+  };
+  return kSide * part(pixel.y(), camera.height_px) + part(pixel.x(), camera.width_px);
+}
+
 Evidence::Sum& Evidence::Sum::operator+=(const Sum& other) {
   slope_residual += other.slope_residual;
   slope_slope += other.slope_slope;
-  variance += other.variance;
   weight += other.weight;
+  residual_squares += other.residual_squares;
+  products += other.products;
+  slope_squares += other.slope_squares;
+  common += other.common;
   return *this;
 }
 
+namespace {
+
+/// The sums of one correction over the residuals of a pair, block by block.
+class BlockSums {
+ public:
+  void add(const Residual& residual, double weight, double slope) {
+    const double product = weight * slope * residual.value;
+    const double square = weight * slope * slope;
+    auto& block = blocks_[static_cast<std::size_t>(residual.block)];
+    block[0] += product;
+    block[1] += square;
+    sum_.slope_residual += product;
+    sum_.slope_slope += square;
+    sum_.weight += weight;
+    slopes_[static_cast<std::size_t>(residual.axis)] += weight * slope;
+  }
+  Evidence::Sum done(const std::array<double, 2>& common) const {
+    Evidence::Sum sum = sum_;
+    for (const auto& [product, square] : blocks_) {
+      sum.residual_squares += product * product;
+      sum.products += product * square;
+      sum.slope_squares += square * square;
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      sum.common += common[axis] * std::abs(slopes_[axis]);
+    return sum;
+  }
+
+ private:
+  Evidence::Sum sum_;
+  std::array<std::array<double, 2>, kNumBlocks> blocks_{};  ///< slope_residual, slope_slope
+  std::array<double, 2> slopes_{};
+};
+using BlockSumsOfAll = std::array<BlockSums, kNumCorrections>;
+
+}  // namespace
+
 Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& residuals,
-                             double residuals_per_fact) {
+                             const std::array<double, 2>& common) {
   Part part;
   part.cameras = {pair.a.camera_index, pair.b.camera_index};
   part.frames = {pair.a.frame, pair.b.frame};
@@ -156,6 +173,8 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
   // About zero, not about their median: a mistake common to all must not look like outliers.
   const double scale = std::max(1.4826 * median(sizes), 1e-12);
   constexpr double kCut = 6.0;
+  std::array<BlockSumsOfAll, 2> sides, of_frames;
+  BlockSumsOfAll both;
   for (const Residual& residual : residuals) {
     const double sigma = residual.sigma * scale;
     const double size = residual.value / (kCut * sigma);
@@ -167,9 +186,9 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
     for (std::size_t cause = 0; cause < kNumCorrections; ++cause) {
       const double a = residual.slopes[0][cause];
       const double b = residual.slopes[1][cause];
-      part.sides[0][cause].add(weight, a, residual.value);
-      part.sides[1][cause].add(weight, b, residual.value);
-      part.both[cause].add(weight, a + b, residual.value);
+      sides[0][cause].add(residual, weight, a);
+      sides[1][cause].add(residual, weight, b);
+      both[cause].add(residual, weight, a + b);
     }
     // A frame's rotation and position, common to its cameras, along the local frame's axes.
     for (const int first : {static_cast<int>(kRotationX), static_cast<int>(kPositionX)}) {
@@ -183,41 +202,94 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
       for (int axis = 0; axis < 3; ++axis) {
         const auto cause = static_cast<std::size_t>(first + axis);
         if (pair.is_same_time()) {
-          part.of_frames[0][cause].add(weight, local[0][axis] + local[1][axis], residual.value);
+          of_frames[0][cause].add(residual, weight, local[0][axis] + local[1][axis]);
         } else {
-          part.of_frames[0][cause].add(weight, local[0][axis], residual.value);
-          part.of_frames[1][cause].add(weight, local[1][axis], residual.value);
+          of_frames[0][cause].add(residual, weight, local[0][axis]);
+          of_frames[1][cause].add(residual, weight, local[1][axis]);
         }
       }
     }
     ++part.num_residuals;
   }
-  for (auto* sums :
-       {&part.sides[0], &part.sides[1], &part.both, &part.of_frames[0], &part.of_frames[1]})
-    for (Sum& of_cause : *sums) of_cause.variance *= residuals_per_fact;
+  const auto finish = [&](const BlockSumsOfAll& from, Sums& to) {
+    for (std::size_t cause = 0; cause < kNumCorrections; ++cause)
+      to[cause] = from[cause].done(common);
+  };
+  for (std::size_t side = 0; side < 2; ++side) {
+    finish(sides[side], part.sides[side]);
+    finish(of_frames[side], part.of_frames[side]);
+  }
+  finish(both, part.both);
   return part;
+}
+
+void Evidence::Target::add(const Sums& more, const std::array<int, 2>& of_frames) {
+  for (std::size_t cause = 0; cause < kNumCorrections; ++cause) {
+    sums[cause] += more[cause];
+    for (std::size_t side = 0; side < (of_frames[0] == of_frames[1] ? 1 : 2); ++side) {
+      auto& cluster = frames[of_frames[side]][cause];
+      cluster[0] += more[cause].slope_residual;
+      cluster[1] += more[cause].slope_slope;
+    }
+  }
 }
 
 void Evidence::add(const Part& part) {
   if (part.num_residuals == 0) return;
   num_residuals_ += part.num_residuals;
-  for (std::size_t cause = 0; cause < kNumCorrections; ++cause) {
-    cameras_[-1][cause] += part.both[cause];
-    if (part.cameras[0] == part.cameras[1]) {
-      cameras_[part.cameras[0]][cause] += part.both[cause];
-    } else {
-      cameras_[part.cameras[0]][cause] += part.sides[0][cause];
-      cameras_[part.cameras[1]][cause] += part.sides[1][cause];
-    }
-    for (std::size_t side = 0; side < 2; ++side)
-      images_[{part.cameras[side], part.frames[side]}][cause] += part.sides[side][cause];
-    images_[{-1, part.frames[0]}][cause] += part.of_frames[0][cause];
-    if (part.frames[0] != part.frames[1])
-      images_[{-1, part.frames[1]}][cause] += part.of_frames[1][cause];
+  const auto& [a, b] = part.cameras;
+  cameras_[-1].add(part.both, part.frames);
+  if (a == b) {
+    cameras_[a].add(part.both, part.frames);
+  } else {
+    cameras_[a].add(part.sides[0], part.frames);
+    cameras_[b].add(part.sides[1], part.frames);
   }
+  for (std::size_t side = 0; side < 2; ++side)
+    images_[{part.cameras[side], part.frames[side]}].add(part.sides[side], part.frames);
+  images_[{-1, part.frames[0]}].add(part.of_frames[0], part.frames);
+  if (part.frames[0] != part.frames[1])
+    images_[{-1, part.frames[1]}].add(part.of_frames[1], part.frames);
   for (std::size_t side = 0; side < 2; ++side)
     if (part.pixels_per_metre[side] > 0.0)
       pixels_per_metre_[part.cameras[side]] = pixels_per_metre_[-1] = part.pixels_per_metre[side];
+}
+
+Estimate Evidence::estimate(const Target& target, int cause, double factor, const Bounds& bounds,
+                            double allowance, std::string where) const {
+  const auto index = static_cast<std::size_t>(cause);
+  const Sum& sum = target.sums[index];
+  const double correction = -sum.slope_residual / sum.slope_slope;
+  double of_frames = 0.0, squares = 0.0, total = 0.0;
+  for (const auto& [frame, clusters] : target.frames) {
+    const double score = clusters[index][0] + correction * clusters[index][1];
+    of_frames += score * score;
+    squares += clusters[index][1] * clusters[index][1];
+    total += clusters[index][1];
+  }
+  const double factor_of_sum = factor / sum.slope_slope;
+  const double pattern =
+      bounds.pattern + bounds.rounding + (cause == kTime ? bounds.time_pattern : 0.0);
+  // Sixteenths are many, and tell what they scatter by well; frames are few, and tell whether what all of a frame
+  // have in common adds to it.
+  const double of_blocks =
+      bounds.shared *
+      std::max(0.0, sum.residual_squares +
+                        correction * (2.0 * sum.products + correction * sum.slope_squares));
+  const double excess = std::max(of_frames - of_blocks, 0.0);
+  const double num_blocks = sum.slope_slope * sum.slope_slope / sum.slope_squares;
+  const double num_frames = total * total / squares;
+  Estimate estimate;
+  estimate.value = factor * correction;
+  estimate.standard_error = factor_of_sum * std::sqrt(of_blocks + excess);
+  estimate.degrees = num_blocks;
+  if (excess > 0.0)
+    estimate.degrees = (of_blocks + excess) * (of_blocks + excess) /
+                       (of_blocks * of_blocks / num_blocks + excess * excess / num_frames);
+  estimate.allowance = allowance + factor * pattern * std::sqrt(sum.weight / sum.slope_slope) +
+                       factor_of_sum * sum.common;
+  estimate.where = std::move(where);
+  return estimate;
 }
 
 std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequence& sequence,
@@ -229,56 +301,57 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
   };
   std::vector<CheckResult> results;
   for (const Judged& judged : kJudged) {
-    const double bound = bounds.*judged.bound;
-    if (bound <= 0.0) continue;
+    const double worth_finding = bounds.*judged.worth_finding;
+    if (worth_finding <= 0.0) continue;
+    const double allowance = 0.1 * worth_finding;
     if (judged.first == kLineTime && !sequence.has_rolling_shutters()) continue;
-    const double common = judged.first == kTime ? bounds.time_residual : 0.0;
-    Worst worst;
+    Estimates estimates(worth_finding);
     std::map<int, CheckResult::Plot> plots;
     for (int cause = judged.first; cause <= judged.last; ++cause) {
       const auto index = static_cast<std::size_t>(cause);
       const std::string axis =
           std::string(kAxes[cause]).empty() ? "" : std::string(", ") + kAxes[cause];
+      const auto add = [&](const Target& target, double factor, std::string where) {
+        if (!(target.sums[index].slope_slope > 0.0)) return estimates.add_unseen();
+        estimates.add(estimate(target, cause, factor, bounds, allowance, std::move(where)));
+      };
       if (judged.is_of_cameras)
-        for (const auto& [camera, sums] : cameras_)
-          judge(sums[index], judged.factor, bound, common, bounds.rounding,
-                camera_name(camera) + ", all frames" + axis, worst);
+        for (const auto& [camera, target] : cameras_)
+          add(target, judged.factor, camera_name(camera) + ", all frames" + axis);
       if (!judged.is_of_images) continue;
-      for (const auto& [image, sums] : images_) {
+      for (const auto& [image, target] : images_) {
         const auto pixels = pixels_per_metre_.find(image.first);
         const double factor = cause >= kPositionX
                                   ? (pixels == pixels_per_metre_.end() ? 0.0 : pixels->second)
                                   : judged.factor;
         if (factor <= 0.0) continue;
-        judge(sums[index], factor, bound, common, bounds.rounding,
-              fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis), worst);
-        if (!(sums[index].slope_slope > 0.0)) continue;
+        add(target, factor,
+            fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis));
+        const Sum& sum = target.sums[index];
+        if (!(sum.slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];
         plot.title = fmt::format("{}{} that each image asks for", judged.title, axis);
         plot.x_label = "image (all cameras of a frame alike, then each camera's frames)";
         plot.y_label = judged.unit;
         plot.x.push_back(static_cast<double>(plot.x.size()));
-        plot.y.push_back(-factor * sums[index].slope_residual / sums[index].slope_slope);
+        plot.y.push_back(-factor * sum.slope_residual / sum.slope_slope);
       }
     }
     CheckResult result;
     result.name = prefix + "_" + judged.suffix;
-    result.value = worst.value;
-    result.bound = bound;
     result.unit = judged.unit;
-    result.ok = worst.value <= bound;
-    result.worst = worst.where;
-    result.skipped = result.is_unseen = worst.num_seen == 0 && result.ok;
+    estimates.judge(result);
     if (result.skipped) result.worst = "the motion and the ground of this dataset do not show it";
     result.summary = fmt::format(
         "The correction of the {} that explains {} best, each alone: {} of {} corrections could be "
-        "told to a fifth of the "
-        "bound, from {} residuals.",
-        judged.title, what, worst.num_seen, worst.num_seen + worst.num_unseen, num_residuals_);
-    result.reason =
-        "The bound is half the smallest error that must be found; the estimate in a right dataset "
-        "is 0 within its "
-        "standard error.";
+        "told to {:.3g} {}, from {} residuals.",
+        judged.title, what, estimates.num_seen(), estimates.num_all(), 2.0 * allowance, judged.unit,
+        num_residuals_);
+    result.reason = fmt::format(
+        "In a right dataset it is 0 to {:.3g} {}, half the smallest error that is to be found, and "
+        "to what its "
+        "standard error leaves with a probability of 1e-9.",
+        allowance, judged.unit);
     result.detects = detects;
     for (auto& [cause, plot] : plots) result.plots.push_back(std::move(plot));
     results.push_back(std::move(result));

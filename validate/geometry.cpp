@@ -1,8 +1,31 @@
 #include "validate/geometry.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 namespace terracast::validate {
+
+void Intrinsics::find_reach() {
+  reach = std::numeric_limits<double>::infinity();
+  if (plane || lens.kind == Lens::Kind::None || !is_sound()) return;
+  // On the image's side of a fold, radius grows from the axis to the border: the border's farthest place is the
+  // farthest of all, but for what lies between the points that are looked at and lenses that lean, 2 % at most.
+  constexpr int kParts = 32;
+  constexpr double kMargin = 1.02;
+  double farthest = 0.0;
+  for (int part = 0; part <= kParts; ++part)
+    for (const bool is_far : {false, true}) {
+      const double along = static_cast<double>(part) / kParts;
+      for (const Eigen::Vector2d& pixel :
+           {Eigen::Vector2d(along * width_px, is_far ? height_px : 0.0),
+            Eigen::Vector2d(is_far ? width_px : 0.0, along * height_px)}) {
+        const Eigen::Vector2d place = lens.undistorted(place_from_pixel(pixel));
+        if (!place.allFinite()) return;
+        farthest = std::max(farthest, place.norm());
+      }
+    }
+  reach = kMargin * farthest;
+}
 
 Eigen::Vector3d Pose::operator*(const Eigen::Vector3d& point) const {
   return rotation * point + translation;

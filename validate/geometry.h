@@ -32,6 +32,9 @@ struct Intrinsics {
   double cy_px = 0.0;
   Lens lens = {};
   std::shared_ptr<const CameraPlane> plane = nullptr;
+  /// Places before the lens that are farther from the axis are in no pixel: a lens that folds the plane brings some of
+  /// them back into the image, by its formula alone.
+  double reach = std::numeric_limits<double>::infinity();
 
   /// The point of the ray through `pixel` at distance 1 from its origin; NaN where no ray comes in.
   Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const {
@@ -57,16 +60,21 @@ struct Intrinsics {
       return place ? pixel_from_place(*place)
                    : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
     }
-    if (lens.kind != Lens::Kind::None)
-      return pixel_from_place(lens.distorted(point_camera.hnormalized()));
+    if (lens.kind != Lens::Kind::None) {
+      const Eigen::Vector2d place = point_camera.hnormalized();
+      if (place.norm() > reach)
+        return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+      return pixel_from_place(lens.distorted(place));
+    }
     return {fx_px * point_camera.x() / point_camera.z() + cx_px,
             fy_px * point_camera.y() / point_camera.z() + cy_px};
   }
   /// How far a point is, as the images measure it; not above 0 where the camera does not see it.
   /// pixel   where pixel_from_point has it
   double distance_m(const Eigen::Vector3d& point_camera, const Eigen::Vector2d& pixel) const {
-    if (!plane) return point_camera.z();
-    return pixel.allFinite() ? plane->distance_m(point_camera) : 0.0;
+    if (!plane && lens.kind == Lens::Kind::None) return point_camera.z();
+    if (!pixel.allFinite()) return 0.0;
+    return plane ? plane->distance_m(point_camera) : point_camera.z();
   }
   double distance_m(const Eigen::Vector3d& point_camera) const {
     return plane ? distance_m(point_camera, pixel_from_point(point_camera)) : point_camera.z();
@@ -76,6 +84,8 @@ struct Intrinsics {
     if (plane) return plane->distance_gradient(point_camera).transpose();
     return Eigen::RowVector3d::UnitZ();
   }
+  /// Sets `reach`, of a lens of which the whole border of the image shows something.
+  void find_reach();
   /// The way from one image point to another; of images that join at their ends the shorter one.
   Eigen::Vector2d way_px(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
     Eigen::Vector2d way = to - from;

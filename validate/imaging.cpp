@@ -106,6 +106,8 @@ Imaging imaging_of_settings(const std::string& settings, const std::string& wher
     if (mode == "temperature") imaging.white_balance += " " + word_of("color.temperature_k");
     if (mode == "gains") imaging.white_balance += " " + word_of("color.gains");
   }
+  if (const std::string bits = word_of("sensor.bits"); !bits.empty())
+    imaging.sensor_bits = static_cast<int>(std::clamp(parse_number(bits, where), 0.0, 16.0));
   return imaging;
 }
 

@@ -20,6 +20,14 @@ struct Imaging {
   double blue_scale = 1.0;
   /// What white is by: cameras with unlike ones show one place in unlike colours.
   std::string white_balance = "scene";
+  /// Of the converter to digital numbers; 0: none.
+  int sensor_bits = 0;
+
+  /// Whether its steps are finer than the levels of images, dark ones too, which the curve stretches.
+  bool has_fine_levels() const {
+    constexpr int kEnough = 14;
+    return sensor_bits == 0 || sensor_bits >= kEnough;
+  }
 
   bool has_aberration() const { return red_scale != 1.0 || blue_scale != 1.0; }
   bool operator==(const Imaging&) const = default;

@@ -5,6 +5,8 @@
 #include <array>
 #include <limits>
 
+#include "validate/null_distribution.h"
+
 namespace terracast::validate {
 
 namespace {
@@ -79,6 +81,52 @@ struct Patch {
     return sizes[0] < kMost && sizes[1] > 1.0 / kMost;
   }
 };
+
+/// Of two windows of a patch's size in the luma of colours, zero-mean and normalised.
+double correlation_of_windows(const core::Image8& color, int x, int y, int shift_x, int shift_y) {
+  const auto luma = [&](int column, int row) {
+    return 0.299 * color(column, row, 0) + 0.587 * color(column, row, 1) +
+           0.114 * color(column, row, 2);
+  };
+  double sums[2] = {0.0, 0.0}, squares[2] = {0.0, 0.0}, product = 0.0;
+  for (int dy = -kPatchRadius_px; dy <= kPatchRadius_px; ++dy)
+    for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx) {
+      const double a = luma(x + dx, y + dy);
+      const double b = luma(x + dx + shift_x, y + dy + shift_y);
+      sums[0] += a;
+      sums[1] += b;
+      squares[0] += a * a;
+      squares[1] += b * b;
+      product += a * b;
+    }
+  const double power = (squares[0] - sums[0] * sums[0] / kPatchPixels) *
+                       (squares[1] - sums[1] * sums[1] / kPatchPixels);
+  return power > 0.0 ? (product - sums[0] * sums[1] / kPatchPixels) / std::sqrt(power) : 0.0;
+}
+
+double own_correlation_at(const core::Image8& color, int x, int y) {
+  if (color.empty()) return 1.0;
+  const auto inward = [](int at, int size) { return 2 * at < size ? 1 : -1; };
+  return 0.5 * (correlation_of_windows(color, x, y, inward(x, color.width()), 0) +
+                correlation_of_windows(color, x, y, 0, inward(y, color.height())));
+}
+
+/// Whether the surface through the places of a patch's corners lies level, on an Earth that is round.
+bool lies_level(const View& a, const std::array<Eigen::Vector3d, 4>& corners) {
+  constexpr double kEarth_m = 6.371e6;
+  constexpr double kSteepest = 5e-4;  // the geoid leans by up to 1e-4
+  constexpr double kRounding = 2e-7;  // of float32 depth, at both ends
+  const Pose& pose = a.local_from_camera;
+  const Eigen::Vector3d across = pose.rotation * (corners[1] - corners[0]);
+  const Eigen::Vector3d down = pose.rotation * (corners[3] - corners[2]);
+  const Eigen::Vector3d normal = across.cross(down);
+  const Eigen::Vector3d place = pose * corners[0];
+  const Eigen::Vector3d up =
+      Eigen::Vector3d(place.x() / kEarth_m, place.y() / kEarth_m, 1.0).normalized();
+  const double lean = normal.normalized().cross(up).norm();
+  const double thinnest = std::min(across.norm(), normal.norm() / std::max(across.norm(), 1e-300));
+  return lean < kSteepest + kRounding * corners[0].norm() / std::max(thinnest, 1e-300);
+}
 
 /// Gauss-Newton on the difference of the normalised patches.
 void align(const core::ImageF& image, const Patch& patch, PatchMatch& match) {
@@ -198,9 +246,11 @@ CubicSample sample_cubic(const core::ImageF& image, const Eigen::Vector2d& pixel
   return interpolate(corner, [&](int i, int j) { return static_cast<double>(rows[j][i]); });
 }
 
-MedianEstimate estimate_median(std::vector<double>& values) {
+MedianEstimate estimate_median(std::vector<double>& values, double values_per_fact) {
   const auto count = static_cast<double>(values.size());
-  const double reach = 2.5 * std::sqrt(count);
+  const double reach = 0.5 *
+                       student_quantile(kFalseVerdict, std::numeric_limits<double>::infinity()) *
+                       std::sqrt(count * values_per_fact);
   const double low = std::floor(0.5 * count - reach);
   const double high = std::ceil(0.5 * count + reach);
   if (low < 0.0 || high >= count) return {median(values), std::numeric_limits<double>::infinity()};
@@ -250,6 +300,7 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
   const Transfer transfer(a, b);
   Patch patch;
   PatchMatch match;
+  std::array<Eigen::Vector3d, 4> corners;  // left, right, top, bottom
   std::size_t k = 0;
   for (int dy = -kPatchRadius_px; dy <= kPatchRadius_px; ++dy)
     for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx, ++k) {
@@ -261,7 +312,11 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
       patch.predicted[k] = place->pixel;
       if (!has_cubic_support(b.image->grey, patch.predicted[k])) return std::nullopt;
       if (dx == 0 && dy == 0) match.place = *place;
+      if (dy == 0 && std::abs(dx) == kPatchRadius_px) corners[dx < 0 ? 0 : 1] = place->point_a;
+      if (dx == 0 && std::abs(dy) == kPatchRadius_px) corners[dy < 0 ? 2 : 3] = place->point_a;
     }
+  match.is_level = lies_level(a, corners);
+  match.own_correlation = own_correlation_at(a.image->color, x, y);
   if (!b.image->depth.empty()) {  // a patch that something hides in `b` is no match
     const auto seen = sample_inverse_depth(b.image->depth, match.place.pixel);
     if (!seen || std::abs(seen->inverse_depth.value * match.place.distance_b_m - 1.0) > 0.02)

@@ -69,6 +69,12 @@ struct PatchMatch {
   Transfer::Place place;                               ///< of the patch's centre, as predicted
   bool has_converged = false;
   bool is_resolved = true;  ///< by both images around its centre
+  /// Whether it lies level, as water does to within what swell and the geoid leave: what it looks like may be what it
+  /// mirrors, or its bed, of which depth says nothing.
+  bool is_level = false;
+  /// How the luma of `a` correlates there with itself one pixel beside, the mean of both ways; 1 where it has no colour.
+  /// Noise, and what is finer than pixels, does not at all: what the images of one place have in common is more.
+  double own_correlation = 0.0;
 };
 /// Of its patches.
 inline constexpr int kPatchRadius_px = 3;
@@ -104,20 +110,18 @@ double median(std::vector<Value>& values) {
 /// A median, and what it may be off by.
 struct MedianEstimate {
   double median = 0.0;
-  /// The median of all that could be measured lies so near, to five standard errors, however values scatter: of n
-  /// values a binomial number lies below it, n/2 with a standard error of sqrt(n)/2, so that it lies between the
-  /// values of the ranks n/2 - 5 sqrt(n)/2 and n/2 + 5 sqrt(n)/2. +inf: too few values.
+  /// The median of all that could be measured lies so near but with a probability of kFalseVerdict, however values
+  /// scatter: of n values a binomial number lies below it, n/2 with a standard error of sqrt(n)/2, so that it lies
+  /// between the values of the ranks n/2 - 6.1 sqrt(n)/2 and n/2 + 6.1 sqrt(n)/2. +inf: too few values.
   double unsure = 0.0;
 
   bool tells(double bound) const { return unsure < bound; }
-  /// Its size; beyond what values tell to a bound, only the part that is sure.
-  double judged(double bound) const {
-    const double size = std::abs(median);
-    return tells(bound) ? size : std::max(0.0, size - unsure);
-  }
+  /// The part of its size that is sure.
+  double judged() const { return std::max(0.0, std::abs(median) - unsure); }
 };
 /// Of values without NaN; their order is changed.
-MedianEstimate estimate_median(std::vector<double>& values);
+/// values_per_fact   as many of them as are worth one that is independent of the others
+MedianEstimate estimate_median(std::vector<double>& values, double values_per_fact = 1.0);
 
 template <class Value>
 double quantile(std::vector<Value>& values, double share) {

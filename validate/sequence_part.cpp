@@ -87,7 +87,8 @@ Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                  const std::vector<int>& kept_cameras) {
   const auto& [name, path, num_all_frames, rate_hz, utc_start, origin, geometry, times_s,
                states_belief, motion, moving, cameras, stereo, classes, local_from_first,
-               binary_model, text_model, oxts, camera0_from_imu, first_from_camera0] = sequence;
+               binary_model, text_model, believed_model, oxts, camera0_from_imu,
+               first_from_camera0] = sequence;
   const Span span{
       .first = first_frame, .count = num_frames, .start_s = first_frame / sequence.rate_hz};
   Sequence part{.name = name,
@@ -107,6 +108,7 @@ Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                 .local_from_first = local_from_first,
                 .binary_model = std::nullopt,
                 .text_model = std::nullopt,
+                .believed_model = std::nullopt,
                 .oxts = span.cut(oxts),
                 .camera0_from_imu = camera0_from_imu,
                 .first_from_camera0 = poses_part(first_from_camera0, span)};

@@ -118,7 +118,7 @@ TEST_F(ValidateBounds, EachFigureThatCannotBeIsFound) {
   fails("1e-8,0.03,1e-12,0,1,20480", "bounds_rounding");
   fails("1.0,0.03,1e-12,2e-6,1,20480", "bounds_depth");
   fails("1e-8,0.03,0.02,2e-6,1,20480", "bounds_flow");
-  fails("1e-8,0.03,1e-12,2e-6,205,20480", "bounds_left_out");
+  fails("1e-8,0.03,1e-12,2e-6,2050,20480", "bounds_left_out");
   // Nothing is said of the depths and the flow that are there.
   fails(",,1e-12,2e-6,1,20480", "bounds_depth");
   fails(",0.03,1e-12,2e-6,1,20480", "bounds_depth");

@@ -59,8 +59,7 @@ TEST(PatchesPerFact, IsWhatTheVarianceOfAMeanOverPatchesOfNoiseGrowsBy) {
       return core::random_unit(7, static_cast<std::uint64_t>(trial), draw++);
     };
     // Uniform values of variance 1.
-    for (float& value : noise.data())
-      value = static_cast<float>(std::sqrt(12.0) * (unit() - 0.5));
+    for (float& value : noise.data()) value = static_cast<float>(std::sqrt(12.0) * (unit() - 0.5));
     double mean = 0.0;
     for (std::size_t k = 0; k < kPatches; ++k) {
       const int x = kPatchRadius_px + static_cast<int>(unit() * (kWidth - kPatchSide_px + 1));
@@ -104,13 +103,13 @@ TEST(MedianEstimates, AreOffByNoMoreThanTheySayHoweverValuesScatter) {
 TEST(MedianEstimates, CountOnlyWhatIsSureWhereTheyDoNotTell) {
   std::vector<double> few(20, 7.0);
   EXPECT_TRUE(std::isinf(estimate_median(few).unsure));
-  EXPECT_EQ(estimate_median(few).judged(0.1), 0.0);
+  EXPECT_EQ(estimate_median(few).judged(), 0.0);
   std::vector<double> equal(100, 0.2);
   EXPECT_TRUE(estimate_median(equal).tells(0.1));
-  EXPECT_DOUBLE_EQ(estimate_median(equal).judged(0.1), 0.2);
+  EXPECT_DOUBLE_EQ(estimate_median(equal).judged(), 0.2);
   const MedianEstimate broad{.median = -3.0, .unsure = 1.0};
   EXPECT_FALSE(broad.tells(0.1));
-  EXPECT_DOUBLE_EQ(broad.judged(0.1), 2.0);
+  EXPECT_DOUBLE_EQ(broad.judged(), 2.0);
 }
 
 }  // namespace

@@ -360,14 +360,8 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   if (!fails("photometric_correlation") && !fails("photometric_frames") &&
       !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
     return;
-  // What is wrong in all images alike is not seen in single pairs alone.
-  const bool has_of_all =
-      std::any_of(symptoms.failed.begin(), symptoms.failed.end(), [](const CheckResult& result) {
-        return (result.name.starts_with("photometric") || result.name.starts_with("stereo")) &&
-               result.name != "photometric_frames" && result.name != "photometric_frame_shift";
-      });
-  if (has_of_all || fails("photometric_correlation") || fails("photometric_shift"))
-    add_shifts(symptoms, hypotheses);
+  // In steady flight a shift of all images may be seen in the last one alone.
+  add_shifts(symptoms, hypotheses);
   add_drops(symptoms, hypotheses);
   add_single(symptoms, hypotheses);
   add_mirrors(symptoms, hypotheses);

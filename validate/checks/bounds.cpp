@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "validate/checks/checker.h"
+#include "validate/null_distribution.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
@@ -189,13 +190,13 @@ class BoundsChecker : public Checker {
         "Of {} pixels {} are at an edge, and bounds say nothing of them. {:.2g} of the "
         "pixels stand in thickets, where depth zigzags from pixel to pixel.",
         num_pixels_, num_left_out_, thickets);
-    left_out_.bound = kMostEdges + kMostEdgesOfThickets * thickets;
-    left_out_.value = static_cast<double>(num_left_out_) /
-                      static_cast<double>(std::max<std::int64_t>(num_pixels_, 1));
+    judge_left_out();
     left_out_.reason =
         "Edges are lines, and count when they pass within 1e-3 px of a pixel's centre. On ground "
         "they "
-        "are few: 0.1 %; in thickets, leaves may cross a pixel fifteen times: 6 %.";
+        "are few: 0.1 %; in thickets, leaves may cross a pixel fifteen times: 6 %. The bound is "
+        "what such shares leave of "
+        "as many pixels with a probability of 1e-9.";
     for (CheckResult* result : {&depth_, &arithmetic_, &rounding_, &flow_, &left_out_})
       result->ok = result->is_within_bound();
     if (num_depths_ == 0)
@@ -209,6 +210,26 @@ class BoundsChecker : public Checker {
   }
 
  private:
+  /// Formats without depth do not tell where thickets are: what only they explain is not judged there.
+  void judge_left_out() {
+    const double of_looked_at = static_cast<double>(std::max<std::int64_t>(num_looked_at_, 1));
+    const double thickets =
+        num_looked_at_ > 0 ? static_cast<double>(num_in_thickets_) / of_looked_at : 1.0;
+    const double share = std::min(kMostEdges + kMostEdgesOfThickets * thickets, 1.0);
+    const std::int64_t total = std::max<std::int64_t>(num_pixels_, 1);
+    const auto of_all = [&](std::int64_t count) {
+      return static_cast<double>(count) / static_cast<double>(total);
+    };
+    left_out_.value = of_all(num_left_out_);
+    left_out_.bound = of_all(binomial_quantile(kFalseVerdict, total, share));
+    left_out_.probability = binomial_tail(num_left_out_, total, share);
+    left_out_.smallest = left_out_.bound;
+    if (num_looked_at_ > 0 || !left_out_.is_within_bound()) return;
+    if (binomial_tail(num_left_out_, total, kMostEdges) >= kFalseVerdict) return;
+    left_out_.is_unseen = left_out_.skipped = true;
+    left_out_.worst = "the format holds no depth: whether thickets have so many edges is not known";
+  }
+
   void add_image(const Camera& camera, const StatedBounds& stated, const std::string& where) {
     ++num_images_;
     num_pixels_ += stated.num_pixels;

@@ -77,6 +77,33 @@ void compare_errors(const ColmapModel& model, const Reprojection& found, CheckRe
   }
 }
 
+/// How far an observation is from its point's projection by an image's one pose, px; 1e9 of a point behind it.
+double distance_by_one_pose(const ColmapIntrinsics& camera, const Pose& camera_from_world,
+                            const Eigen::Vector3d& position, const ColmapObservation& seen) {
+  const Eigen::Vector3d at = camera_from_world * position;
+  if (!(at.z() > 0.0)) return 1e9;
+  const Eigen::Vector2d place = camera.lens.distorted({at.x() / at.z(), at.y() / at.z()});
+  return std::hypot(camera.fx_px * place.x() + camera.cx_px - seen.x_px,
+                    camera.fy_px * place.y() + camera.cy_px - seen.y_px);
+}
+
+/// The camera and the pose by which the files of a rolling shutter's image state their errors.
+struct StatedBy {
+  ColmapIntrinsics camera;
+  Pose camera_from_world;
+};
+std::optional<StatedBy> stated_by(const Sequence& sequence, std::int64_t image_id,
+                                  const StatedBy& as_it_is) {
+  if (!sequence.believed_model) return as_it_is;
+  const auto image = sequence.believed_model->images.find(image_id);
+  if (image == sequence.believed_model->images.end()) return std::nullopt;
+  const auto camera = sequence.believed_model->cameras.find(image->second.camera_id);
+  if (camera == sequence.believed_model->cameras.end()) return std::nullopt;
+  const auto known = colmap_intrinsics(camera->second.model, camera->second.parameters);
+  if (!known) return std::nullopt;
+  return StatedBy{*known, image->second.camera_from_world.pose()};
+}
+
 void reproject(const ColmapModel& model, const char* kind, const Sequence& sequence,
                Reprojection& result) {
   for (const auto& [id, image] : model.images) {
@@ -98,6 +125,7 @@ void reproject(const ColmapModel& model, const char* kind, const Sequence& seque
                       .cy_px = known->cy_px,
                       .lens = known->lens};
     std::optional<View> lines;  // of a rolling shutter, at the model's own pose
+    const std::optional<StatedBy> stated = stated_by(sequence, id, {*known, camera_from_world});
     if (own.shutter) {
       lines = view_at(sequence, index, std::atoi(image.name.c_str() + slash + 1), nullptr);
       if (!lines) continue;  // `structure` tells of a motion that is missing
@@ -110,20 +138,16 @@ void reproject(const ColmapModel& model, const char* kind, const Sequence& seque
       if (point == model.points.end()) continue;
       const Eigen::Vector3d position(point->second.position[0], point->second.position[1],
                                      point->second.position[2]);
-      const Eigen::Vector3d at = camera_from_world * position;
       double error = 1e9;
-      double by_one_pose = 1e9;
-      if (at.z() > 0.0) {
-        const Eigen::Vector2d place = known->lens.distorted({at.x() / at.z(), at.y() / at.z()});
-        by_one_pose = std::hypot(known->fx_px * place.x() + known->cx_px - seen.x_px,
-                                 known->fy_px * place.y() + known->cy_px - seen.y_px);
-      }
       if (!lines) {
-        error = by_one_pose;
-      } else if (const auto by_line = Transfer::of_local_point(*lines, position)) {
-        error = (by_line->pixel - Eigen::Vector2d(seen.x_px, seen.y_px)).norm();
+        error = distance_by_one_pose(*known, camera_from_world, position, seen);
+      } else {
+        if (const auto by_line = Transfer::of_local_point(*lines, position))
+          error = (by_line->pixel - Eigen::Vector2d(seen.x_px, seen.y_px)).norm();
+        if (stated)
+          result.by_one_pose[seen.point_id].push_back(
+              distance_by_one_pose(stated->camera, stated->camera_from_world, position, seen));
       }
-      if (lines) result.by_one_pose[seen.point_id].push_back(by_one_pose);
       ++result.num_observations;
       if (error <= result.worst_px && !result.worst.empty()) continue;
       result.worst_px = std::isfinite(error) ? error : 1e9;

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <map>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
@@ -18,24 +21,32 @@ struct ImageMarks {
   double block_marks = -1.0;    ///< coefficients off JPEG's grid by those on it; -1: too plain
 };
 
+/// Of the levels of a channel that many pixels have: the mean way to the next level that any has, less what is left of
+/// 1 of it. The longest tenth of the ways does not count: bright sky and dark ground have nothing in between.
 double unused_levels(const core::Image8& color) {
   constexpr std::size_t kEnoughPixels = 5000;
-  constexpr int kEnoughLevels = 24;
+  constexpr std::size_t kManyPixels =
+      30;  // of a smooth histogram a neighbour is empty with a probability of e^-30
+  constexpr std::size_t kEnoughLevels = 12;
   if (color.num_pixels() < kEnoughPixels) return -1.0;
   double worst = -1.0;
   for (std::size_t channel = 0; channel < 3; ++channel) {
     std::array<std::size_t, 256> counts{};
     for (std::size_t i = channel; i < color.data().size(); i += 3) ++counts[color.data()[i]];
-    // Two in a hundred pixels at each end are few in many levels.
-    const std::size_t margin = color.num_pixels() / 50;
-    int first = 0, last = 255;
-    for (std::size_t sum = counts[0]; sum < margin;)
-      sum += counts[static_cast<std::size_t>(++first)];
-    for (std::size_t sum = counts[255]; sum < margin;)
-      sum += counts[static_cast<std::size_t>(--last)];
-    if (last - first < kEnoughLevels) continue;
-    const auto unused = std::count(counts.begin() + first, counts.begin() + last + 1, 0U);
-    worst = std::max(worst, static_cast<double>(unused) / (last - first + 1));
+    std::vector<int> ways;
+    int last = -1;
+    // Where light ends, at 0 and at 255, levels stand for all that is beyond.
+    for (int level = 1; level < 255; ++level) {
+      if (counts[static_cast<std::size_t>(level)] == 0) continue;
+      if (last > 0) ways.push_back(level - last);
+      last = counts[static_cast<std::size_t>(level)] >= kManyPixels ? level : -1;
+    }
+    if (ways.size() < kEnoughLevels) continue;
+    std::sort(ways.begin(), ways.end());
+    ways.resize(ways.size() - ways.size() / 10);
+    const double mean = static_cast<double>(std::accumulate(ways.begin(), ways.end(), 0)) /
+                        static_cast<double>(ways.size());
+    worst = std::max(worst, 1.0 - 1.0 / mean);
   }
   return worst;
 }
@@ -98,7 +109,10 @@ class ColorsChecker : public Checker {
       const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
       if (!view || view->image->color.empty()) return;
       const auto index = static_cast<std::size_t>(camera);
-      marks[index] = {unused_levels(view->image->color), block_marks(view->image->color)};
+      const bool is_fine = view->camera->imaging.has_fine_levels();
+      num_coarse_ += is_fine ? 0 : 1;
+      marks[index] = {is_fine ? unused_levels(view->image->color) : -1.0,
+                      block_marks(view->image->color)};
       places[index] = place_of(*view);
     });
     for (std::size_t i = 0; i < num_cameras; ++i) {
@@ -113,12 +127,16 @@ class ColorsChecker : public Checker {
     levels.bound = 0.5;
     levels.unit = "share";
     levels.summary =
-        "Levels that stand nowhere in an image, between its 2 % darkest and its 2 % brightest "
-        "pixels; median of a camera's images.";
+        "Levels that stand nowhere in an image, next to levels of 30 pixels and more; median of a "
+        "camera's images.";
     levels.reason =
-        "Thousands of pixels over dozens of levels leave none out; a brightening by two leaves out "
-        "every second.";
+        "What light does between pixels is smooth: next to a level that many pixels have, none is "
+        "left out; a brightening by two leaves out every second.";
     levels.detects = "colours of 6 bits or fewer, of a palette";
+    if (num_coarse_ > 0)
+      levels.summary +=
+          fmt::format(" {} images are left out, whose sensor imaging.json states to have few bits.",
+                      num_coarse_.load());
     CheckResult blocks;
     blocks.name = "colors_blocks";
     blocks.bound = 1.25;
@@ -154,6 +172,7 @@ class ColorsChecker : public Checker {
     }
   };
   Marks levels_, blocks_;
+  std::atomic<std::int64_t> num_coarse_ = 0;  ///< images of sensors of few bits
 };
 
 }  // namespace

@@ -358,7 +358,8 @@ class MovingChecker : public Checker {
         "pixels; {} contradictions in its masks.",
         num_flow_, num_contradictions_);
     result.reason = "As `flow`: float32 depth and flow leave less than 1e-3 px.";
-    result.detects = "flow of what moves as if it stood still, a wrong pose of it, and with rolling shutters a "
+    result.detects =
+        "flow of what moves as if it stood still, a wrong pose of it, and with rolling shutters a "
         "wrong velocity";
     return result;
   }

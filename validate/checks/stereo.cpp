@@ -142,7 +142,7 @@ class StereoChecker : public Checker {
       result.name = name;
       const MedianEstimate shift = estimate_median(shifts);
       result.bound = 0.1;
-      result.value = shift.judged(result.bound);
+      result.value = shift.judged();
       result.unit = "px";
       result.ok = result.is_within_bound();
       result.skipped = result.is_unseen = result.ok && !shift.tells(result.bound);

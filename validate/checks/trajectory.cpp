@@ -64,17 +64,8 @@ class TrajectoryChecker : public Checker {
         note_worst(jumps, step_change_m(*poses[i - 1], *poses[i], *poses[i + 1]) / typical_m,
                    where);
         ++num_steps;
-        const Eigen::Matrix3d& before = poses[i - 1]->rotation;
-        const Eigen::Matrix3d& after = poses[i + 1]->rotation;
-        // Neighbours that look apart have no middle to speak of.
-        if (degrees_from_radians(rotation_angle_rad(before.transpose() * after)) > turns.bound)
-          continue;
-        note_worst(turns,
-                   degrees_from_radians(
-                       rotation_angle_rad(halfway(before, after).transpose() * poses[i]->rotation)),
-                   where);
-        ++num_middles;
       }
+      note_turns(poses, camera.name, turns, num_middles);
     }
     orthonormal.summary =
         fmt::format("Largest entry of R R' - I over {} poses; 2 for a reflection.", num_poses);
@@ -90,7 +81,8 @@ class TrajectoryChecker : public Checker {
     jumps.detects = "a pose row that stands twice, two rows swapped";
     turns.summary = fmt::format(
         "Largest rotation of {} rows against the middle of their neighbours, where these are less "
-        "than 90 deg apart.",
+        "than 90 deg apart; a row that is more off counts where another, two frames beside, is "
+        "not.",
         num_middles);
     turns.reason =
         "A flipped axis turns a row by 180 deg. A right one is 45 deg off the middle where the "
@@ -109,6 +101,43 @@ class TrajectoryChecker : public Checker {
                         "no camera has poses of three frames in a row, the outer ones less "
                         "than 90 deg apart");
     return results;
+  }
+
+ private:
+  /// By how much a row is turned against the middle of its neighbours, degrees; nothing where these look apart, and have
+  /// no middle to speak of.
+  static std::optional<double> off_middle_deg(const std::vector<std::optional<Pose>>& poses,
+                                              std::size_t i, double bound_deg) {
+    if (i < 1 || i + 1 >= poses.size() || !poses[i - 1] || !poses[i] || !poses[i + 1])
+      return std::nullopt;
+    const Eigen::Matrix3d& before = poses[i - 1]->rotation;
+    const Eigen::Matrix3d& after = poses[i + 1]->rotation;
+    if (degrees_from_radians(rotation_angle_rad(before.transpose() * after)) > bound_deg)
+      return std::nullopt;
+    return degrees_from_radians(
+        rotation_angle_rad(halfway(before, after).transpose() * poses[i]->rotation));
+  }
+
+  /// A camera that turns by half a turn from frame to frame has every row half a turn off: a row that is wrong is
+  /// alone in it, so that the nearest others that do not hold it tell.
+  static void note_turns(const std::vector<std::optional<Pose>>& poses, const std::string& camera,
+                         CheckResult& turns, std::size_t& num_middles) {
+    for (std::size_t i = 1; i + 1 < poses.size(); ++i) {
+      const std::optional<double> off_deg = off_middle_deg(poses, i, turns.bound);
+      if (!off_deg) continue;
+      if (*off_deg > turns.bound) {
+        // Of rows whose neighbours do not hold this one.
+        bool is_any_steady = false;
+        for (const std::size_t way : {2U, 3U, 4U})
+          for (const std::optional<double> other :
+               {i >= way ? off_middle_deg(poses, i - way, turns.bound) : std::nullopt,
+                off_middle_deg(poses, i + way, turns.bound)})
+            is_any_steady |= other && *other < 0.75 * turns.bound;
+        if (!is_any_steady) continue;
+      }
+      note_worst(turns, *off_deg, fmt::format("{}, frame {}", camera, i));
+      ++num_middles;
+    }
   }
 };
 

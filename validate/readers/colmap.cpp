@@ -16,13 +16,15 @@ std::optional<Intrinsics> intrinsics_of(const ColmapCamera& camera) {
     return std::nullopt;
   const auto known = colmap_intrinsics(camera.model, camera.parameters);
   if (!known) return std::nullopt;
-  return Intrinsics{.width_px = static_cast<int>(camera.width_px),
-                    .height_px = static_cast<int>(camera.height_px),
-                    .fx_px = known->fx_px,
-                    .fy_px = known->fy_px,
-                    .cx_px = known->cx_px,
-                    .cy_px = known->cy_px,
-                    .lens = known->lens};
+  Intrinsics intrinsics{.width_px = static_cast<int>(camera.width_px),
+                        .height_px = static_cast<int>(camera.height_px),
+                        .fx_px = known->fx_px,
+                        .fy_px = known->fy_px,
+                        .cx_px = known->cx_px,
+                        .cy_px = known->cy_px,
+                        .lens = known->lens};
+  intrinsics.find_reach();
+  return intrinsics;
 }
 
 /// Splits "mcs4/cam0/000012.png" into the folder, and the frame.

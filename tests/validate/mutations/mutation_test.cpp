@@ -58,11 +58,9 @@ struct Report {
   core::Json causes;
 };
 
-Report validate_folder(const fs::path& folder, const std::string& format) {
+Report validate_folder(const fs::path& folder) {
   const core::Log log("validate", core::LogLevel::Off);
   ValidateOptions options;
-  // TartanAir's three frames make few pairs.
-  options.samples_per_image = format.starts_with("tartanair") ? 2000 : 1000;
   options.undulation_m = [](double, double) { return test::kUndulation_m; };
   const fs::path report = right_datasets().scratch() / "report";
   Report result;
@@ -183,7 +181,7 @@ TEST_P(Corrupted, IsFoundAndNamed) {
   const test::RightDataset& right = right_datasets().get(GetParam().format, GetParam().path);
   const test::ScratchFolder scratch;
   test::corrupt(right, *GetParam().mutation, scratch / "data");
-  const Report report = validate_folder(scratch / "data", right.format);
+  const Report report = validate_folder(scratch / "data");
   EXPECT_FALSE(report.is_ok);
   const test::Expected expected = GetParam().mutation->expected(right);
   EXPECT_TRUE(is_named(report.causes, expected))
@@ -207,7 +205,7 @@ class RightIsland : public testing::TestWithParam<RightCase> {};
 
 TEST_P(RightIsland, PassesAndNamesNothing) {
   const test::RightDataset& right = right_datasets().get(GetParam().format, GetParam().path);
-  const Report report = validate_folder(right.folder, right.format);
+  const Report report = validate_folder(right.folder);
   EXPECT_TRUE(report.is_ok) << report.wrong;
   EXPECT_EQ(report.causes.size(), 0U) << words_of(report.causes);
 }

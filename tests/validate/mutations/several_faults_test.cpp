@@ -29,7 +29,7 @@ const test::Mutation& mutation(const std::string& name) {
 core::Json causes_of(const fs::path& folder, const fs::path& report) {
   const core::Log log("validate", core::LogLevel::Off);
   ValidateOptions options;
-  options.samples_per_image = 1000;
+  options.samples_per_image = 2000;
   run_validate_stage(folder, options, report, {log});
   return core::Json::read(report / "report.json").at("causes");
 }

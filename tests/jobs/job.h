@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/jobs/worlds.h"
+
+namespace terracast::test {
+
+/// A file of a job: a section of its config, or an item of one of its lists.
+struct JobFile {
+  std::string name;  ///< "flight0.toml"
+  std::string text;
+};
+
+/// A job that is drawn: right by construction, whatever the draws.
+struct GeneratedJob {
+  std::uint64_t seed = 0;
+  const JobWorld* world = nullptr;
+  std::vector<JobFile> files;
+  std::string text;  ///< of the config: names the files, and world.toml for the world
+  /// Of a row of a sweep: the keys that differ from job to job, and their values as TOML; @ stands for the job's folder.
+  std::vector<std::string> keys, values;
+};
+
+/// The job of a seed.
+/// has_data   whether worlds of outside data may be drawn; the jobs of other worlds are the same either way
+/// returns    one without a world where the seed's needs data that are not there
+GeneratedJob generate_job(std::uint64_t seed, bool has_data);
+
+}  // namespace terracast::test

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/jobs/draws.h"
+
+namespace terracast::test {
+
+/// What a rig of a job is, and what can be exported of it.
+struct JobRig {
+  std::string name;
+  std::string text;  ///< of its file
+  int num_cameras = 0;
+  double pixels_per_camera = 0.0;
+  bool is_rectified_pair =
+      false;  ///< of cameras called left and right, without errors of their mounts
+  bool has_lenses_of_colmap = true;
+  bool is_of_tartanair = false;
+  bool is_of_tartanair_v1 = false;
+  bool has_errors = false;
+};
+
+/// What cameras of a job cost, and how often they see.
+struct JobSize {
+  double rays = 1e6;  ///< of colour, in all images together, about
+  int num_frames = 4;
+  int color_samples = 4;
+  double frame_s = 0.1;  ///< from frame to frame
+};
+
+JobRig draw_rig(const std::string& name, Draws draws, const JobSize& size);
+
+}  // namespace terracast::test

@@ -1,0 +1,115 @@
+#include "validate/null_distribution.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+
+namespace terracast::validate {
+
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+/// From here on Student's distribution is the normal one to a relative 1e-7 of the tail at 1e-9.
+constexpr double kManyDegrees = 1e9;
+/// What is left of a quantile where the probability of being found is 99 of 100.
+constexpr double kMissed = 0.02;
+
+/// Below half a degree a tail of 1e-9 is beyond all that a double holds.
+bool is_number_of_degrees(double degrees) { return degrees >= 0.5; }
+
+using namespace boost::math::policies;
+using Quiet =
+    policy<overflow_error<ignore_error>, underflow_error<ignore_error>, promote_double<false>>;
+using Student = boost::math::students_t_distribution<double, Quiet>;
+using Normal = boost::math::normal_distribution<double, Quiet>;
+using Binomial = boost::math::binomial_distribution<double, Quiet>;
+
+}  // namespace
+
+double student_tail(double deviations, double degrees) {
+  if (!is_number_of_degrees(degrees)) return 1.0;
+  const double size = std::abs(deviations);
+  if (std::isinf(size)) return 0.0;
+  if (degrees > kManyDegrees)
+    return 2.0 * boost::math::cdf(boost::math::complement(Normal(), size));
+  return 2.0 * boost::math::cdf(boost::math::complement(Student(degrees), size));
+}
+
+double student_quantile(double probability, double degrees) {
+  if (!is_number_of_degrees(degrees)) return kInfinite;
+  const double one_side = 0.5 * std::clamp(probability, std::numeric_limits<double>::min(), 1.0);
+  if (degrees > kManyDegrees)
+    return boost::math::quantile(boost::math::complement(Normal(), one_side));
+  return boost::math::quantile(boost::math::complement(Student(degrees), one_side));
+}
+
+double binomial_tail(std::int64_t count, std::int64_t total, double share) {
+  if (count <= 0) return 1.0;
+  if (count > total || share <= 0.0) return 0.0;
+  const Binomial distribution(static_cast<double>(total), std::min(share, 1.0));
+  return boost::math::cdf(boost::math::complement(distribution, static_cast<double>(count - 1)));
+}
+
+std::int64_t binomial_quantile(double probability, std::int64_t total, double share) {
+  std::int64_t low = 0, high = total;  // the tail of low + 1 or more counts is searched
+  while (low < high) {
+    const std::int64_t middle = low + (high - low) / 2;
+    if (binomial_tail(middle + 1, total, share) < probability)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return low;
+}
+
+double Estimates::share_of_verdict() const {
+  return kFalseVerdict / static_cast<double>(std::max<std::size_t>(estimates_.size(), 1));
+}
+
+double Estimates::smallest(const Estimate& estimate) const {
+  if (!(estimate.standard_error > 0.0)) return estimate.allowance;
+  return estimate.allowance + (student_quantile(share_of_verdict(), estimate.degrees) +
+                               student_quantile(kMissed, estimate.degrees)) *
+                                  estimate.standard_error;
+}
+
+std::size_t Estimates::num_seen() const {
+  return static_cast<std::size_t>(
+      std::count_if(estimates_.begin(), estimates_.end(),
+                    [&](const Estimate& e) { return smallest(e) <= worth_finding_; }));
+}
+
+void Estimates::judge(CheckResult& result) const {
+  double most_used = -1.0, least = kInfinite, most = 0.0;
+  result.probability = 1.0;
+  for (const Estimate& e : estimates_) {
+    const double beyond = std::max(std::abs(e.value) - e.allowance, 0.0);
+    const double bound =
+        e.standard_error > 0.0
+            ? e.allowance + student_quantile(share_of_verdict(), e.degrees) * e.standard_error
+            : e.allowance;
+    const double tail = beyond > 0.0 ? student_tail(beyond / e.standard_error, e.degrees) : 1.0;
+    result.probability =
+        std::min(*result.probability, static_cast<double>(estimates_.size()) * tail);
+    const double size = smallest(e);
+    least = std::min(least, size);
+    if (size <= worth_finding_) most = std::max(most, size);
+    const double used = share_of_bound(std::abs(e.value), bound, false);
+    if (used <= most_used) continue;
+    most_used = used;
+    result.value = std::abs(e.value);
+    result.bound = bound;
+    result.worst = fmt::format("{}: {:.3g} ± {:.1g}", e.where, e.value, e.standard_error);
+  }
+  result.ok = most_used <= 1.0;
+  result.smallest = most > 0.0 ? most : least;
+  result.is_unseen = result.ok && num_seen() == 0;
+  result.skipped = result.is_unseen;
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "validate/check.h"
+
+/// What a value is in a right dataset, and how it scatters: a verdict is wrong with a probability that is known.
+///
+/// A check that measures does not compare with a number that suited some dataset. It says by how much a right dataset
+/// of this kind may be off (its allowance: what interpolation and rounding leave however much is measured), and what
+/// the value's standard error is here, from how much its parts scatter. It fails where a right dataset shows such a
+/// value with a probability below kFalseVerdict.
+namespace terracast::validate {
+
+/// The probability up to which a right dataset's value is called wrong, of each result.
+inline constexpr double kFalseVerdict = 1e-9;
+
+/// P(|T| > deviations) of Student's distribution; good to 1e-6 of itself down to 1e-300, and by the normal one beyond
+/// 1e9 degrees of freedom. 1 where there are none.
+double student_tail(double deviations, double degrees);
+/// The deviations that it exceeds with a probability; +inf without degrees of freedom.
+double student_quantile(double probability, double degrees);
+/// P(X >= count) of `total` independent events of probability `share`; as good.
+double binomial_tail(std::int64_t count, std::int64_t total, double share);
+/// The least count that is exceeded with less than a probability.
+std::int64_t binomial_quantile(double probability, std::int64_t total, double share);
+
+/// One figure that is 0 in a right dataset but for what it is allowed and its error.
+struct Estimate {
+  double value = 0.0;
+  double standard_error = 0.0;
+  double degrees = 0.0;    ///< of freedom, of the standard error
+  double allowance = 0.0;  ///< the most that it is off by in a right dataset besides
+  std::string where;
+};
+
+/// Estimates of one kind, judged together: the more there are, the farther the farthest is.
+class Estimates {
+ public:
+  /// worth_finding   the smallest error that this kind of check is for: an estimate that could not tell it is not seen
+  explicit Estimates(double worth_finding) : worth_finding_(worth_finding) {}
+
+  void add(Estimate estimate) { estimates_.push_back(std::move(estimate)); }
+  /// One of which nothing is known.
+  void add_unseen() { ++num_unseen_; }
+
+  /// Sets value, bound, ok, probability, smallest and worst by the estimate that is farthest beyond its bound, or next
+  /// to it; unseen where none could tell what is worth finding, and none is beyond its bound.
+  void judge(CheckResult& result) const;
+  std::size_t num_seen() const;
+  std::size_t num_all() const { return estimates_.size() + num_unseen_; }
+
+ private:
+  double share_of_verdict() const;
+  /// The size that is found in 99 of 100 cases.
+  double smallest(const Estimate& estimate) const;
+
+  double worth_finding_;
+  std::size_t num_unseen_ = 0;
+  std::vector<Estimate> estimates_;
+};
+
+}  // namespace terracast::validate
