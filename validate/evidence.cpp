@@ -277,8 +277,9 @@ Estimate Evidence::estimate(const Target& target, int cause, double factor, cons
       std::max(0.0, sum.residual_squares +
                         correction * (2.0 * sum.products + correction * sum.slope_squares));
   const double excess = std::max(of_frames - of_blocks, 0.0);
-  const double num_blocks = sum.slope_slope * sum.slope_slope / sum.slope_squares;
-  const double num_frames = total * total / squares;
+  // One of them the fit takes: of a single sixteenth nothing is left.
+  const double num_blocks = sum.slope_slope * sum.slope_slope / sum.slope_squares - 1.0;
+  const double num_frames = total * total / squares - 1.0;
   Estimate estimate;
   estimate.value = factor * correction;
   estimate.standard_error = factor_of_sum * std::sqrt(of_blocks + excess);

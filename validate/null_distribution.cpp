@@ -67,15 +67,22 @@ std::int64_t binomial_quantile(double probability, std::int64_t total, double sh
   return low;
 }
 
+namespace {
+
+/// What a probability leaves of an error, in all.
+double reach_of(double probability, const Estimate& estimate) {
+  const double deviations = student_quantile(probability, estimate.degrees);
+  return std::isinf(deviations) ? deviations : deviations * estimate.standard_error;
+}
+
+}  // namespace
+
 double Estimates::share_of_verdict() const {
   return kFalseVerdict / static_cast<double>(std::max<std::size_t>(estimates_.size(), 1));
 }
 
 double Estimates::smallest(const Estimate& estimate) const {
-  if (!(estimate.standard_error > 0.0)) return estimate.allowance;
-  return estimate.allowance + (student_quantile(share_of_verdict(), estimate.degrees) +
-                               student_quantile(kMissed, estimate.degrees)) *
-                                  estimate.standard_error;
+  return estimate.allowance + reach_of(share_of_verdict(), estimate) + reach_of(kMissed, estimate);
 }
 
 std::size_t Estimates::num_seen() const {
@@ -89,10 +96,7 @@ void Estimates::judge(CheckResult& result) const {
   result.probability = 1.0;
   for (const Estimate& e : estimates_) {
     const double beyond = std::max(std::abs(e.value) - e.allowance, 0.0);
-    const double bound =
-        e.standard_error > 0.0
-            ? e.allowance + student_quantile(share_of_verdict(), e.degrees) * e.standard_error
-            : e.allowance;
+    const double bound = e.allowance + reach_of(share_of_verdict(), e);
     const double tail = beyond > 0.0 ? student_tail(beyond / e.standard_error, e.degrees) : 1.0;
     result.probability =
         std::min(*result.probability, static_cast<double>(estimates_.size()) * tail);

@@ -59,7 +59,7 @@ Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset
     Json check = Json::object()
                      .set("name", result.name)
                      .set("value", std::isfinite(result.value) ? result.value : 1e300)
-                     .set("bound", result.bound)
+                     .set("bound", std::isfinite(result.bound) ? result.bound : 1e300)
                      .set("lower_bound", result.is_lower_bound)
                      .set("unit", result.unit)
                      .set("ok", result.ok)
@@ -69,6 +69,8 @@ Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset
                      .set("summary", result.summary)
                      .set("reason", result.reason)
                      .set("detects", result.detects);
+    if (result.probability) check.set("probability", *result.probability);
+    if (result.smallest && std::isfinite(*result.smallest)) check.set("smallest", *result.smallest);
     if (dataset != nullptr)
       if (const std::optional<Place> place = place_in(result.worst, *dataset))
         check.set("place", place_json(*place, *dataset));

@@ -148,6 +148,13 @@ std::string section(const Json& check) {
   };
   item("why this bound", check.at("reason").string());
   item("finds", check.at("detects").string());
+  if (check.has("probability"))
+    item("in a right dataset",
+         fmt::format("a value as far off has a probability of {:.2g}",
+                     check.at("probability").number()));
+  if (check.has("smallest"))
+    item("smallest error that would have shown",
+         fmt::format("{} {}", shown(check.at("smallest").number()), unit));
   item(is_skipped ? "why not" : "worst", check.at("worst").string());
   return html + "</dl>\n<div class=\"figures\"></div>\n</div></details>\n";
 }

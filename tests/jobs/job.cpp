@@ -111,11 +111,14 @@ Flight draw_flight(Draws draws, const JobWorld& world, const JobSize& size) {
           std::min(0.05 * h, 0.2 * flight.speed_mps), std::min(0.02 * h, 0.1 * flight.speed_mps));
       break;
     case kHover: {
-      // Round a spot within its own length.
+      // Round a spot within its own length, by at most half a radian from frame to frame.
       const double radius_m = std::max(0.01 * h, 1.0);
+      flight.speed_mps = std::min(flight.speed_mps, 0.5 * radius_m / size.frame_s);
+      text = fmt::format("name = \"P000\"\nrate_hz = {:.6f}\nnum_frames = {}\nspeed_mps = {:.4f}\n",
+                         1.0 / size.frame_s, size.num_frames, flight.speed_mps);
       text += fmt::format(
           "kind = \"orbit\"\ncentre = {}\nradius_m = {:.3f}\nface = \"centre\"\nlaps = {:.4f}\n",
-          at(flight.start, h), radius_m, way_m / (6.0 * radius_m) + 0.1);
+          at(flight.start, h), radius_m, flight.speed_mps * time_s / (6.0 * radius_m) + 0.1);
       break;
     }
     case kOrbit: {
@@ -255,7 +258,7 @@ std::vector<std::string> draw_exports(Draws draws, const std::vector<JobRig>& ri
       if (draws.chance(0.8) && !rig.has_errors) add("kitti", pair + belief);
       if (draws.chance(0.8) && !rig.has_errors) add("kitti_raw", pair + belief);
     }
-    if (rig.is_rectified_pair && !has_object && draws.chance(0.6)) {
+    if (rig.is_rectified_pair && !rig.has_rolling_shutter && !has_object && draws.chance(0.6)) {
       has_object = true;
       add("kitti_object", of_rig + "camera = \"left\"\n" + belief);
     }

@@ -98,12 +98,14 @@ std::string draw_wide(Draws& draws, const ImageSize& size) {
   }
 }
 
-std::string draw_shutter(Draws& draws, const ImageSize& size, double frame_s) {
+/// is_of_pair   whose rows have to stay rows of one time
+std::string draw_shutter(Draws& draws, const ImageSize& size, double frame_s, bool is_of_pair) {
   const double lines = std::max(size.width_px, size.height_px);
   const double line_time_us =
       std::min(1e6 * draws.between(0.05, 0.7) * std::min(frame_s, 0.2) / lines, 500.0);
   return fmt::format("line_time_us = {:.2f}\nreadout = \"{}\"\n", line_time_us,
-                     draws.among({"down", "down", "up", "left", "right"}));
+                     is_of_pair ? draws.among({"down", "up"})
+                                : draws.among({"down", "down", "up", "left", "right"}));
 }
 
 std::string draw_imaging(Draws& draws) {
@@ -196,11 +198,13 @@ JobRig draw_rig(const std::string& name, Draws draws, const JobSize& size) {
   const ImageSize image =
       draw_size(draws, size.rays / (size.num_frames * size.color_samples * rig.num_cameras));
   rig.pixels_per_camera = image.width_px * image.height_px;
-  const std::string shutter = draws.chance(0.15) ? draw_shutter(draws, image, size.frame_s) : "";
+  const std::string shutter =
+      draws.chance(0.15) ? draw_shutter(draws, image, size.frame_s, kind == kPair) : "";
   const std::string exposure = draws.chance(0.1)
                                    ? fmt::format("exposure_ms = {:.3f}\n",
                                                  1e3 * size.frame_s * draws.log_between(0.001, 0.1))
                                    : "";
+  rig.has_rolling_shutter = !shutter.empty();
   if (kind == kPair) {
     // A rectified pair is of two pinholes that are alike.
     const double half_view_deg = draws.between(15.0, 50.0);

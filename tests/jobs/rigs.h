@@ -19,6 +19,7 @@ struct JobRig {
   bool is_of_tartanair = false;
   bool is_of_tartanair_v1 = false;
   bool has_errors = false;
+  bool has_rolling_shutter = false;
 };
 
 /// What cameras of a job cost, and how often they see.

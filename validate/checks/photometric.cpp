@@ -104,7 +104,7 @@ std::ptrdiff_t num_unlike(const std::vector<double>& correlations) {
 
 /// What shifts of patches between two images may all be off by alike: where the images move by the same part of a pixel
 /// all over, matching pulls towards whole pixels, and by the more the less sure it is. Measured on pairs of right
-/// datasets (docs/why/verdict.md), it is up to the median deviation where that is small, and a quarter of it beyond.
+/// datasets (docs/validate.md, Verdicts), it is up to the median deviation where that is small, and a quarter of it beyond.
 double locking_px(std::vector<double> shifts) {
   const double middle = median(shifts);
   for (double& shift : shifts) shift = std::abs(shift - middle);
