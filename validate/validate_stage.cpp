@@ -46,6 +46,7 @@ std::vector<CheckResult> failed_of(const std::vector<CheckResult>& results) {
     if (result.ok) continue;
     CheckResult known;
     known.name = result.name;
+    known.value = result.value;
     known.worst = result.worst;
     known.unit = result.unit;
     failed.push_back(std::move(known));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "core/random.h"
@@ -11,13 +12,13 @@
 namespace terracast::validate {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kNormal = 1e12;  ///< degrees of freedom: as good as a normal distribution
 
 TEST(StudentTail, IsThatOfTheClosedForms) {
   for (const double x : {0.1, 1.0, 3.0, 50.0, 1e4, 1e8}) {
     // One degree: Cauchy's distribution; written so that no digits cancel.
-    EXPECT_NEAR(student_tail(x, 1.0) / (2.0 / kPi * std::atan(1.0 / x)), 1.0, 1e-9) << x;
+    EXPECT_NEAR(student_tail(x, 1.0) / (2.0 / std::numbers::pi * std::atan(1.0 / x)), 1.0, 1e-9)
+        << x;
     // Two degrees: 1 - x / sqrt(2 + x²).
     const double root = std::sqrt(2.0 + x * x);
     EXPECT_NEAR(student_tail(x, 2.0) / (2.0 / (root * (root + x))), 1.0, 1e-9) << x;
@@ -65,7 +66,7 @@ TEST(BinomialTail, IsTheSumOfItsTerms) {
 double normal(std::uint64_t turn, std::uint64_t index) {
   const double u = core::random_unit(11, turn, 2 * index),
                v = core::random_unit(11, turn, 2 * index + 1);
-  return std::sqrt(-2.0 * std::log1p(-u)) * std::cos(2.0 * kPi * v);
+  return std::sqrt(-2.0 * std::log1p(-u)) * std::cos(2.0 * std::numbers::pi * v);
 }
 
 /// A mean of a few normal values about `truth`, with the standard error that they themselves show.

@@ -360,8 +360,27 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   if (!fails("photometric_correlation") && !fails("photometric_frames") &&
       !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
     return;
-  // In steady flight a shift of all images may be seen in the last one alone.
-  add_shifts(symptoms, hypotheses);
+  // What is wrong in all images alike is not seen in single ones alone: of that, half of a bound says enough.
+  const auto is_of_all = [](std::string_view name) {
+    return (name.starts_with("photometric") || name.starts_with("stereo")) &&
+           name != "photometric_frames" && name != "photometric_frame_shift";
+  };
+  const bool has_of_all =
+      std::any_of(symptoms.failed.begin(), symptoms.failed.end(),
+                  [&](const CheckResult& result) {
+                    // Of an image of the frame beside some patches are alike; in steady flight all
+                    // others may look right, shifted or not.
+                    constexpr double kMostOfNextFrame = 0.7;
+                    return is_of_all(result.name) ||
+                           (result.name == "photometric_frames" && result.value < kMostOfNextFrame);
+                  }) ||
+      std::any_of(symptoms.shares.begin(), symptoms.shares.end(), [&](const auto& share) {
+        constexpr double kEnough = 0.5,
+                         kEnoughUnlike = 0.9;  // correlations of right images are 0.6 to 1
+        return is_of_all(share.first) &&
+               share.second > (share.first == "photometric_correlation" ? kEnoughUnlike : kEnough);
+      });
+  if (has_of_all) add_shifts(symptoms, hypotheses);
   add_drops(symptoms, hypotheses);
   add_single(symptoms, hypotheses);
   add_mirrors(symptoms, hypotheses);
