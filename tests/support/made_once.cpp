@@ -67,8 +67,9 @@ fs::path made_once(const std::string& name, const std::string& inputs,
   const FolderLock lock(root / (name + ".lock"));
   const fs::path folder = root / name, list = root / (name + ".files"),
                  key = root / (name + ".key");
-  const std::string wanted = core::content_hash(
-      fmt::format("{}\n{}", core::content_hash_of_file(TERRACAST_PROGRAM), inputs));
+  const std::string wanted = core::content_hash(fmt::format(
+      "{}\n{}\n{}", core::content_hash_of_file(TERRACAST_PROGRAM),
+      core::content_hash_of_file(TERRACAST_PROGRAM "_program"), inputs));  // which it starts
   if (fs::exists(key) && core::read_text_file(key) == wanted) {
     const std::string before = core::read_text_file(list), now = listing(folder);
     if (before == now) return folder;
