@@ -30,7 +30,7 @@ struct CheckResult {
   std::string summary;     ///< a sentence for the report: what was compared, how many samples
   std::string reason;      ///< why the bound is what it is
   std::string detects;     ///< the smallest errors it finds, as tests prove
-  /// Of such a value, or a worse one, in a right dataset; nothing where the bound is arithmetic and leaves no chance.
+  /// Probability that a right dataset shows this value or a worse one; nothing for arithmetic bounds.
   std::optional<double> probability;
   /// The smallest error that this dataset would have shown, in `unit`; nothing where that was not found out.
   std::optional<double> smallest;

@@ -346,12 +346,14 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
     result.summary = fmt::format(
         "The correction of the {} that explains {} best, each alone: {} of {} corrections could be "
         "told to {:.3g} {}, from {} residuals.",
-        judged.title, what, estimates.num_seen(), estimates.num_all(), 2.0 * allowance, judged.unit,
+        judged.title, what, estimates.num_seen(), estimates.num_all(), worth_finding, judged.unit,
         num_residuals_);
     result.reason = fmt::format(
-        "In a right dataset it is 0 to {:.3g} {}, half the smallest error that is to be found, and "
-        "to what its "
-        "standard error leaves with a probability of 1e-9.",
+        "In a right dataset it is 0 to within {:.3g} {}, a tenth of the smallest error to be "
+        "found, plus what "
+        "systematic errors of matching and rounding allow, plus what its standard error leaves "
+        "with "
+        "a probability of 1e-9.",
         allowance, judged.unit);
     result.detects = detects;
     for (auto& [cause, plot] : plots) result.plots.push_back(std::move(plot));

@@ -17,12 +17,12 @@ namespace terracast::validate {
 /// The probability up to which a right dataset's value is called wrong, of each result.
 inline constexpr double kFalseVerdict = 1e-9;
 
-/// P(|T| > deviations) of Student's distribution; good to 1e-6 of itself down to 1e-300, and by the normal one beyond
-/// 1e9 degrees of freedom. 1 where there are none.
+/// P(|T| > deviations) of Student's distribution; good to a relative 1e-6, tested down to tails of 1e-13. The
+/// normal distribution beyond 1e9 degrees of freedom; 1 below half a degree.
 double student_tail(double deviations, double degrees);
-/// The deviations that it exceeds with a probability; +inf without degrees of freedom.
+/// The deviations that it exceeds with a probability; +inf below half a degree of freedom.
 double student_quantile(double probability, double degrees);
-/// P(X >= count) of `total` independent events of probability `share`; as good.
+/// P(X >= count) of `total` independent events of probability `share`; good to a relative 1e-9.
 double binomial_tail(std::int64_t count, std::int64_t total, double share);
 /// The least count that is exceeded with less than a probability.
 std::int64_t binomial_quantile(double probability, std::int64_t total, double share);

@@ -9,7 +9,7 @@
 
 namespace terracast::test {
 
-/// What is drawn of one part of one job: a stream of its own, so that a draw more in one part changes no other.
+/// The random draws for one part of a job. Each part has its own stream, so an extra draw in one part changes no other part.
 class Draws {
  public:
   /// part   "rig 0", "flight"

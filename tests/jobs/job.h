@@ -20,7 +20,7 @@ struct GeneratedJob {
   const JobWorld* world = nullptr;
   std::vector<JobFile> files;
   std::string text;  ///< of the config: names the files, and world.toml for the world
-  /// Of a row of a sweep: the keys that differ from job to job, and their values as TOML; @ stands for the job's folder.
+  /// One row of a sweep: the keys that differ between jobs, and their values as TOML; @ stands for the job's folder.
   std::vector<std::string> keys, values;
 };
 

@@ -35,7 +35,7 @@ std::string draw_planar_lens(Draws& draws, const ImageSize& size) {
     text += fmt::format("principal_point_px = [{:.3f}, {:.3f}]\n",
                         size.width_px * draws.between(0.45, 0.55),
                         size.height_px * draws.between(0.45, 0.55));
-  // So much distortion that the corner of the view moves by a tenth at most, and the model stays one to one.
+  // Distortion moves the corners of the view by at most a tenth, so that the model stays one-to-one.
   const double corner = 1.0 / std::pow(std::tan(half_view_deg * kRadians) * 1.4, 2.0);
   const double k1 = std::min(corner, 1.0) * draws.both_ways(0.1);
   switch (draws.weighted({6.0, 1.0, 1.0, 1.0})) {
@@ -52,7 +52,7 @@ std::string draw_planar_lens(Draws& draws, const ImageSize& size) {
   }
 }
 
-/// Of the models that see more, those that COLMAP knows.
+/// A wide-angle model that COLMAP supports.
 std::string draw_fisheye(Draws& draws, const ImageSize& size) {
   const double scale = size.width_px / 160.0;
   switch (draws.below(3)) {
@@ -73,7 +73,7 @@ std::string draw_fisheye(Draws& draws, const ImageSize& size) {
   }
 }
 
-/// Of those that it does not know.
+/// A wide-angle model that COLMAP does not support.
 std::string draw_wide(Draws& draws, const ImageSize& size) {
   const double scale = size.width_px / 160.0;
   switch (draws.below(7)) {

@@ -7,7 +7,7 @@
 
 namespace terracast::test {
 
-/// What a rig of a job is, and what can be exported of it.
+/// A rig of a job, and which formats it can be exported to.
 struct JobRig {
   std::string name;
   std::string text;  ///< of its file
@@ -22,7 +22,7 @@ struct JobRig {
   bool has_rolling_shutter = false;
 };
 
-/// What cameras of a job cost, and how often they see.
+/// The rendering budget of a job, and its frame rate.
 struct JobSize {
   double rays = 1e6;  ///< of colour, in all images together, about
   int num_frames = 4;

@@ -360,7 +360,7 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   if (!fails("photometric_correlation") && !fails("photometric_frames") &&
       !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
     return;
-  // What is wrong in all images alike is not seen in single ones alone: of that, half of a bound says enough.
+  // A shift of all images shows in more than single images. Half of a bound is enough of a hint.
   const auto is_of_all = [](std::string_view name) {
     return (name.starts_with("photometric") || name.starts_with("stereo")) &&
            name != "photometric_frames" && name != "photometric_frame_shift";
@@ -368,8 +368,8 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   const bool has_of_all =
       std::any_of(symptoms.failed.begin(), symptoms.failed.end(),
                   [&](const CheckResult& result) {
-                    // Of an image of the frame beside some patches are alike; in steady flight all
-                    // others may look right, shifted or not.
+                    // Some patches of a neighbouring frame still match; in steady flight all other
+                    // frames may look right whether or not they are shifted.
                     constexpr double kMostOfNextFrame = 0.7;
                     return is_of_all(result.name) ||
                            (result.name == "photometric_frames" && result.value < kMostOfNextFrame);

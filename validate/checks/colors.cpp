@@ -21,8 +21,9 @@ struct ImageMarks {
   double block_marks = -1.0;    ///< coefficients off JPEG's grid by those on it; -1: too plain
 };
 
-/// Of the levels of a channel that many pixels have: the mean way to the next level that any has, less what is left of
-/// 1 of it. The longest tenth of the ways does not count: bright sky and dark ground have nothing in between.
+/// Share of levels that are left out next to well-filled ones: 1 - 1 / m, where m is the mean distance from a level
+/// with many pixels to the next level with any. The longest tenth of the distances is ignored: between a bright sky and
+/// dark ground there may be nothing.
 double unused_levels(const core::Image8& color) {
   constexpr std::size_t kEnoughPixels = 5000;
   constexpr std::size_t kManyPixels =
