@@ -1,0 +1,202 @@
+#include "validate/checks/photometric_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "validate/checks/checker.h"
+#include "validate/null_distribution.h"
+
+namespace terracast::validate {
+
+namespace {
+
+/// What other ground mostly correlates by less than.
+constexpr double kUnlike = 0.4;
+/// Of images that hardly correlate as such (noise at night) nothing follows for one of them.
+constexpr double kClear = 0.5, kClearOfItself = 0.35, kMostTypical = 0.5;
+/// An image has been seen to have so many more unlike patches than others, that saw less of what moves in the wind.
+constexpr double kMoreAtLeast = 0.15, kTimes = 1.5;
+
+std::ptrdiff_t num_unlike(const std::vector<double>& correlations) {
+  return std::count_if(correlations.begin(), correlations.end(),
+                       [](double value) { return value < kUnlike; });
+}
+
+void append(std::vector<double>& to, const std::vector<double>& from, double factor = 1.0) {
+  for (const double value : from) to.push_back(factor * value);
+}
+
+}  // namespace
+
+void SingleImages::add(const ViewPair& pair, const PairMatches& matches) {
+  const int is_same_time = pair.is_same_time() ? 1 : 0;
+  const auto key_of = [&](const View& view) {
+    return Key{view.frame, view.camera_index, is_same_time};
+  };
+  const Count count{.unlike = num_unlike(matches.correlation),
+                    .all = static_cast<std::int64_t>(matches.correlation.size())};
+  for (const View* view : {&pair.a, &pair.b}) {
+    Count& link = links_[key_of(*view)][key_of(view == &pair.a ? pair.b : pair.a)];
+    link.unlike += count.unlike;
+    link.all += count.all;
+    Pool& pool = pools_[key_of(*view)];
+    pool.name = place_of(*view);
+    PairMatches& all = pool.matches;
+    append(all.correlation, matches.correlation);
+    append(all.own, matches.own);
+    all.patches_per_fact =
+        patches_per_fact(all.correlation.size(), view->camera->intrinsics.width_px,
+                         view->camera->intrinsics.height_px);
+    if (pair.a.camera_index != pair.b.camera_index) continue;
+    // What an image shows elsewhere than its geometry has it stands off by as much, the other way, in the pairs whose
+    // second it is.
+    const double sign = view == &pair.a ? 1.0 : -1.0;
+    append(all.shift_x, matches.shift_x, sign);
+    append(all.shift_y, matches.shift_y, sign);
+  }
+}
+
+double SingleImages::shift_of(PairMatches& matches) const {
+  return std::hypot(size_of(estimate_median(matches.shift_x, matches.patches_per_fact), is_trial_),
+                    size_of(estimate_median(matches.shift_y, matches.patches_per_fact), is_trial_));
+}
+
+void SingleImages::finish_before(int frame) {
+  const std::size_t enough = is_trial_ ? 10 : 20;
+  while (!pools_.empty() && pools_.begin()->first[0] < frame) {
+    Pool& pool = pools_.begin()->second;
+    PairMatches& all = pool.matches;
+    if (all.correlation.size() >= enough) {
+      const double num_facts = static_cast<double>(all.correlation.size()) / all.patches_per_fact;
+      Image image{.key = pools_.begin()->first,
+                  .name = pool.name,
+                  .likeness = likeness_of(all, !is_trial_),
+                  .patches = {.unlike = num_unlike(all.correlation),
+                              .all = static_cast<std::int64_t>(all.correlation.size())},
+                  .num_facts = std::max<std::int64_t>(std::llround(num_facts), 1)};
+      image.has_shift = all.shift_x.size() >= enough;
+      if (image.has_shift) image.shift_px = shift_of(all);
+      images_.push_back(std::move(image));
+    }
+    pools_.erase(pools_.begin());
+  }
+}
+
+/// The share of unlike patches of that quarter of the camera's other images which is most like its own others. An image
+/// that is wrong spoils the pairs of its neighbours, so that theirs with it are left out.
+/// returns  1 where there is no other
+double SingleImages::typical_share(const Image& image) const {
+  const Links& links = links_.at(image.key);
+  std::vector<double> shares;
+  for (const Image& other : images_) {
+    if (other.key[1] != image.key[1] || other.key[2] != image.key[2] || other.key == image.key)
+      continue;
+    Count count = other.patches;
+    if (const auto link = links.find(other.key); link != links.end()) {
+      count.unlike -= link->second.unlike;
+      count.all -= link->second.all;
+    }
+    if (count.all > 0) shares.push_back(count.share());
+  }
+  return shares.empty() ? 1.0 : quantile(shares, 0.25);
+}
+
+/// The share of unlike patches up to which an image is not called another.
+/// returns  nothing where the others hardly correlate either
+std::optional<double> SingleImages::bound_of(const Image& image) const {
+  const double typical = typical_share(image);
+  if (typical > kMostTypical) return std::nullopt;
+  const double expected = std::min(kMoreAtLeast + kTimes * typical, 1.0);
+  if (is_trial_) return expected;
+  const double probability = kFalseVerdict / static_cast<double>(images_.size());
+  return static_cast<double>(binomial_quantile(probability, image.num_facts, expected)) /
+         static_cast<double>(image.num_facts);
+}
+
+/// The share of unlike patches of all pairs with an image, of its own time and of others.
+double SingleImages::share_of_all(const Image& image) const {
+  Count all;
+  for (const int is_same_time : {0, 1})
+    if (const auto links = links_.find({image.key[0], image.key[1], is_same_time});
+        links != links_.end())
+      for (const auto& [other, count] : links->second) {
+        all.unlike += count.unlike;
+        all.all += count.all;
+      }
+  return all.share();
+}
+
+CheckResult SingleImages::unlike_result() const {
+  CheckResult result;
+  result.name = "photometric_frames";
+  result.unit = "share";
+  // Those of most unlike patches first: the others are within every bound.
+  std::vector<const Image*> images;
+  for (const Image& image : images_)
+    if (image.likeness.own > kClearOfItself) images.push_back(&image);
+  std::stable_sort(images.begin(), images.end(), [](const Image* a, const Image* b) {
+    return a->patches.share() > b->patches.share();
+  });
+  // Of several beyond their bounds it is that which is unlike most others: it spoils what shares pairs with it.
+  double most_used = -1.0, most_blamed = 0.0;
+  for (const Image* image : images) {
+    const double share = image->patches.share();
+    if (most_used >= 0.0 && share <= kMoreAtLeast) break;
+    const std::optional<double> bound = bound_of(*image);
+    if (!bound) continue;
+    const double used = share / *bound;
+    const double blamed = used > 1.0 ? share_of_all(*image) : 0.0;
+    if (std::pair(blamed, used) <= std::pair(most_blamed, most_used)) continue;
+    most_used = used;
+    most_blamed = blamed;
+    result.value = share;
+    result.bound = *bound;
+    result.worst = fmt::format("{}: median {:.3f}", image->name, image->likeness.median);
+  }
+  if (most_used < 0.0) return unseen_result(result.name, "no images correlate clearly");
+  result.ok = result.is_within_bound();
+  result.summary = fmt::format(
+      "Largest share of the patches of a single image that correlate by less than {} with the "
+      "other images that see them.",
+      kUnlike);
+  result.reason = fmt::format(
+      "Neighbouring frames see the ground alike; half and more of the patches of another image "
+      "correlate by less. The bound is what {} times the share of a quarter of the camera's other "
+      "images, and {}, leave with a probability of 1e-9.",
+      kTimes, kMoreAtLeast);
+  result.detects = "one image of another frame or sequence";
+  return result;
+}
+
+CheckResult SingleImages::shift_result() const {
+  CheckResult result;
+  result.name = "photometric_frame_shift";
+  result.bound = 0.3;
+  result.unit = "px";
+  for (const Image& image : images_) {
+    if (!image.has_shift || image.likeness.median <= kClear || image.shift_px < result.value)
+      continue;
+    result.value = image.shift_px;
+    result.worst = image.name;
+  }
+  if (result.worst.empty())
+    return unseen_result(result.name, "no two images resolve enough of what both show");
+  result.ok = result.is_within_bound();
+  result.summary =
+      "Largest median shift of the patches of a single image against the other frames: the part "
+      "of it that is sure.";
+  result.reason =
+      "Medians of hundreds of patches are known to 0.01 px; only what is sure of them counts.";
+  result.detects = "one image that stands twice where a frame moves by 0.5 px";
+  return result;
+}
+
+std::vector<CheckResult> SingleImages::results() {
+  finish_before(std::numeric_limits<int>::max());
+  return {unlike_result(), shift_result()};
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "validate/checks/photometric_pairs.h"
+
+namespace terracast::validate {
+
+/// Single images beside the others of their camera: one that is of another place is lost in the medians of all.
+class SingleImages {
+ public:
+  explicit SingleImages(bool is_trial) : is_trial_(is_trial) {}
+
+  /// Adds the patches of a pair to both of its images.
+  void add(const ViewPair& pair, const PairMatches& matches);
+  /// No more pairs come with images of frames before this one.
+  void finish_before(int frame);
+  /// photometric_frames and photometric_frame_shift.
+  std::vector<CheckResult> results();
+
+ private:
+  /// Frame, camera, and whether of pairs of one time, which may be foreign together.
+  using Key = std::array<int, 3>;
+  struct Pool {
+    std::string name;
+    PairMatches matches;
+  };
+  /// Patches, and how many of them are unlike.
+  struct Count {
+    std::int64_t unlike = 0, all = 0;
+    double share() const { return static_cast<double>(unlike) / static_cast<double>(all); }
+  };
+  /// What all pairs with one image say.
+  struct Image {
+    Key key;
+    std::string name;
+    Likeness likeness;
+    Count patches;
+    std::int64_t num_facts = 1;  ///< patches, as many as are independent of each other
+    double shift_px = 0.0;
+    bool has_shift = false;
+  };
+  /// Patches that an image shares with each other image.
+  using Links = std::map<Key, Count>;
+
+  double shift_of(PairMatches& matches) const;
+  double typical_share(const Image& image) const;
+  std::optional<double> bound_of(const Image& image) const;
+  double share_of_all(const Image& image) const;
+  CheckResult unlike_result() const;
+  CheckResult shift_result() const;
+
+  bool is_trial_;
+  std::map<Key, Pool> pools_;  ///< of images that still meet others
+  std::vector<Image> images_;
+  std::map<Key, Links> links_;
+};
+
+}  // namespace terracast::validate

@@ -1,0 +1,128 @@
+#include "validate/checks/photometric_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/checks/checker.h"
+#include "validate/transfer.h"
+
+namespace terracast::validate {
+
+namespace {
+
+/// What a correlation counts as. Leaves that are finer than a pixel fall on others in each image: a forest correlates
+/// by 0.5 to 0.65 where other ground does by 0.05; so there it counts twice.
+double worth_of(const PatchMatch& match) {
+  return match.is_resolved ? match.correlation : std::min(1.0, 2.0 * match.correlation);
+}
+
+/// Mean colour of 3 x 3 pixels.
+Eigen::Vector3d color_around(const core::Image8& color, int x, int y) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx)
+      for (int k = 0; k < 3; ++k) sum[k] += color(x + dx, y + dy, k);
+  return sum / 9.0;
+}
+
+/// Compares two colours of one place; an image that is grey is held against the other's luma.
+void compare_colors(const Eigen::Vector3d& a, const Eigen::Vector3d& b, PairMatches& matches) {
+  const auto is_grey = [](const Eigen::Vector3d& c) { return c[0] == c[1] && c[1] == c[2]; };
+  const auto luma = [](const Eigen::Vector3d& c) {
+    return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2];
+  };
+  if (is_grey(a) && is_grey(b)) return;
+  const auto difference = [&](const Eigen::Vector3d& of_a) {
+    if (is_grey(b)) return std::abs(luma(of_a) - b[0]);
+    if (is_grey(a)) return std::abs(luma(b) - a[0]);
+    return (of_a - b).cwiseAbs().sum() / 3.0;
+  };
+  const auto swapped = [](const Eigen::Vector3d& c) { return Eigen::Vector3d(c[2], c[1], c[0]); };
+  matches.color_difference += difference(a);
+  matches.swapped_difference +=
+      is_grey(a) ? std::abs(luma(swapped(b)) - a[0]) : difference(swapped(a));
+}
+
+/// What shifts of patches between two images may all be off by alike: where the images move by the same part of a pixel
+/// all over, matching pulls towards whole pixels, and by the more the less sure it is. Measured on pairs of right
+/// datasets (docs/validate.md, Verdicts), it is up to the median deviation where that is small, and a quarter of it beyond.
+double locking_px(std::vector<double> shifts) {
+  const double middle = median(shifts);
+  for (double& shift : shifts) shift = std::abs(shift - middle);
+  const double deviation = median(shifts);
+  return std::min(1.2 * deviation, 0.02 + 0.25 * deviation);
+}
+
+}  // namespace
+
+PairMatches compare_patches(const ViewPair& pair, const ValidateOptions& options) {
+  PairMatches matches;
+  const std::int64_t count = std::max<std::int64_t>(options.samples_per_image / 10, 1);
+  const std::uint64_t salt = (static_cast<std::uint64_t>(pair.b.frame) * 1000 +
+                              static_cast<std::uint64_t>(pair.b.camera_index)) |
+                             1ULL << 40;
+  std::vector<Residual> residuals;
+  const Transfer transfer(pair.a, pair.b);
+  // What makes a rig's world grey is another gain in each rig.
+  const std::string& white = pair.a.camera->imaging.white_balance;
+  matches.is_of_one_white =
+      pair.a.camera_index == pair.b.camera_index ||
+      (white == pair.b.camera->imaging.white_balance && white != "grey_world");
+  for (const Eigen::Vector2i& at :
+       draw_pixels(pair.a.camera->intrinsics, count, options, pair.a, salt)) {
+    const std::optional<PatchMatch> match = match_patch(pair.a, pair.b, at.x(), at.y());
+    if (!match) continue;
+    if (match->is_level) {
+      ++matches.num_level;
+      continue;
+    }
+    matches.own.push_back(match->own_correlation);
+    matches.correlation.push_back(worth_of(*match));
+    if (!match->is_resolved) ++matches.num_unresolved;
+    if (matches.is_of_one_white)
+      compare_colors(color_around(pair.a.image->color, at.x(), at.y()),
+                     color_around(pair.b.image->color, static_cast<int>(match->place.pixel.x()),
+                                  static_cast<int>(match->place.pixel.y())),
+                     matches);
+    // Leaves finer than pixels, others in each image, shift patches as they like: of woods and gardens in
+    // hundreds of patches by enough to look like a turn of all cameras by 0.012 degrees.
+    if (!match->has_converged || !match->is_resolved) continue;
+    matches.shift_x.push_back(match->shift_px.x());
+    matches.shift_y.push_back(match->shift_px.y());
+    const Intrinsics& k_b = pair.b.camera->intrinsics;
+    const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k_b, match->place.point_b);
+    for (int axis = 0; axis < 2; ++axis) {
+      Residual residual;  // seen minus predicted: a correction that moves the prediction lowers it
+      residual.value = match->shift_px[axis];
+      residual.axis = axis;
+      residual.block = block_of(pair.a.camera->intrinsics, {at.x() + 0.5, at.y() + 0.5});
+      const double from_centre = match->place.pixel[axis] - (axis == 0 ? k_b.cx_px : k_b.cy_px);
+      set_slopes(residual, pair, transfer, match->place, -jacobian.row(axis),
+                 axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0), -from_centre,
+                 0.0);
+      residuals.push_back(residual);
+    }
+  }
+  matches.patches_per_fact =
+      patches_per_fact(matches.correlation.size(), pair.a.camera->intrinsics.width_px,
+                       pair.a.camera->intrinsics.height_px);
+  matches.part =
+      Evidence::sum(pair, residuals, {locking_px(matches.shift_x), locking_px(matches.shift_y)});
+  return matches;
+}
+
+Likeness likeness_of(const PairMatches& matches, bool is_sure) {
+  // Other ground has been seen to correlate by 0.3.
+  constexpr double kLeastTold = 0.3;
+  std::vector<double> correlation = matches.correlation, own = matches.own;
+  const MedianEstimate estimate = estimate_median(correlation, matches.patches_per_fact);
+  Likeness likeness;
+  likeness.median = estimate.median;
+  likeness.most = estimate.median + (is_sure ? estimate.unsure : 0.0);
+  likeness.own = median(own);
+  likeness.bound = std::min(kLeastCorrelation, likeness.own);
+  likeness.tells = (!is_sure || std::isfinite(estimate.unsure)) && likeness.bound > kLeastTold;
+  return likeness;
+}
+
+}  // namespace terracast::validate
