@@ -36,12 +36,14 @@ struct Shared {
   double num_wide = 0.0;  ///< points, each by how well its angle triangulates, 0 to 1
 };
 
-/// How well the angle between two rays triangulates: fully from 8 degrees on, and not at all where
-/// SIFT no longer knows the place again.
+/// How well the angle between two rays triangulates: fully from 8 degrees on, and from 12 degrees on less and less, up
+/// to where SIFT no longer knows the place again.
 double use_of_angle(double angle_rad) {
   constexpr double kFull_rad = radians_from_degrees(8.0);
+  constexpr double kLess_rad = radians_from_degrees(12.0);
   constexpr double kMost_rad = radians_from_degrees(30.0);
-  return angle_rad > kMost_rad ? 0.0 : std::min(1.0, angle_rad / kFull_rad);
+  const double known_again = (kMost_rad - angle_rad) / (kMost_rad - kLess_rad);
+  return std::clamp(std::min(angle_rad / kFull_rad, known_again), 0.0, 1.0);
 }
 
 using Pair = std::pair<std::size_t, std::size_t>;
@@ -98,6 +100,7 @@ std::vector<Pair> covisible_pairs(const ColmapJob& job) {
   constexpr int kLeastPoints = 10;
   constexpr std::size_t kMostShared = 2;
   constexpr std::size_t kMostWide = 4;
+  constexpr std::size_t kMostOwn = 2;
   struct Partner {
     Pair pair;
     Shared shared;
@@ -111,13 +114,20 @@ std::vector<Pair> covisible_pairs(const ColmapJob& job) {
   std::set<Pair> chosen;
   for (auto& [image, list] : partners) {
     const auto take_best = [&chosen, &list](std::size_t count, auto score) {
-      std::stable_sort(list.begin(), list.end(), [&](const Partner& a, const Partner& b) {
-        return score(a.shared) > score(b.shared);
-      });
-      for (std::size_t i = 0; i < std::min(count, list.size()); ++i) chosen.insert(list[i].pair);
+      std::stable_sort(list.begin(), list.end(),
+                       [&](const Partner& a, const Partner& b) { return score(a) > score(b); });
+      for (std::size_t i = 0; i < std::min(count, list.size()) && score(list[i]) > 0.0; ++i)
+        chosen.insert(list[i].pair);
     };
-    take_best(kMostShared, [](const Shared& shared) { return 1.0 * shared.num_points; });
-    take_best(kMostWide, [](const Shared& shared) { return shared.num_wide; });
+    const auto is_of_one_camera = [&job](const Pair& pair) {
+      return job.shots[pair.first].camera_index == job.shots[pair.second].camera_index;
+    };
+    take_best(kMostShared, [](const Partner& one) { return 1.0 * one.shared.num_points; });
+    take_best(kMostWide, [](const Partner& one) { return one.shared.num_wide; });
+    // What another camera sees may look too unlike to be matched, however much of it is shared.
+    take_best(kMostOwn, [&](const Partner& one) {
+      return is_of_one_camera(one.pair) ? 1.0 * one.shared.num_points : 0.0;
+    });
   }
   return {chosen.begin(), chosen.end()};
 }
@@ -178,12 +188,13 @@ MatchedDatabase matched_database(const ColmapJob& job) {
           .num_pairs = pairs.size()};
 }
 
-ColmapModel read_made_model(const fs::path& folder) {
+ColmapModel read_made_model(const fs::path& folder, MayBeEmpty may_be_empty) {
   Findings damage;
   ColmapModel model = read_colmap_binary(folder, "model", damage, ColmapFiles::WithoutRigs);
   if (damage.count() > 0)
     throw ColmapFailure(fmt::format("COLMAP's model cannot be read: {}", damage.lines(1).front()));
-  if (model.images.empty() || model.points.empty()) throw ColmapFailure("COLMAP's model is empty");
+  if (may_be_empty == MayBeEmpty::No && (model.images.empty() || model.points.empty()))
+    throw ColmapFailure("COLMAP's model is empty");
   return model;
 }
 

@@ -1,116 +1,109 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
 
 #include "validate/checks/checker.h"
-#include "validate/colmap/drift_error.h"
 #include "validate/colmap/features.h"
+#include "validate/colmap/matches.h"
+#include "validate/colmap/model_bundle.h"
 #include "validate/colmap/similarity.h"
 #include "validate/sampling.h"
 
 /// COLMAP's incremental reconstruction, which knows the images and the intrinsics and no pose, held
-/// against the exported poses after a similarity. The worst of several seeds counts.
+/// against the exported poses after a similarity, and against what its own keypoints leave open. The worst
+/// of several seeds counts.
 namespace terracast::validate {
 
 namespace fs = std::filesystem;
 
 namespace {
 
-/// An image that COLMAP placed.
-struct Placed {
-  const Shot* shot = nullptr;
-  const ColmapImage* image = nullptr;
-  Pose free_from_camera;
-};
+/// How many standard errors a figure may be: errors on like ground are alike (docs/validate.md).
+constexpr double kAlikeErrors = 8.0;
 
-std::vector<Placed> placed_shots(const ColmapJob& job, const ColmapModel& model) {
-  std::vector<Placed> placed;
-  for (const Shot& shot : job.shots) {
-    const auto image = model.images.find(shot.image_id);
-    if (image == model.images.end() || image->second.name != shot.name) continue;
-    placed.push_back({&shot, &image->second, image->second.camera_from_world.pose().inverse()});
+/// What a reconstruction is measured by.
+enum Figure { kPosition, kStep, kTurn, kDrift, kNumFigures };
+
+struct FigureKind {
+  const char* name;
+  const char* unit;
+  double allowed;  ///< what is never asked for less
+  double worth;    ///< what is worth finding: where the keypoints leave more open, it is unseen
+};
+constexpr std::array<FigureKind, kNumFigures> kFigures{
+    FigureKind{"colmap_free_ate", "ground pixels", 0.5, 1.0},
+    FigureKind{"colmap_free_rpe", "ground pixels", 0.5, 1.0},
+    FigureKind{"colmap_free_rpe_rotation", "px", 0.5, 1.0},
+    FigureKind{"colmap_free_scale_drift", "relative", 1e-3, 1e-2}};
+
+struct Measured {
+  double value = 0.0;
+  std::optional<double> standard_error;  ///< of independent keypoints; nothing: not known
+
+  /// What is more is an error, as far as keypoints tell.
+  double bound(const FigureKind& kind) const {
+    return standard_error ? std::max(kind.allowed, kAlikeErrors * *standard_error) : kind.worth;
   }
-  return placed;
-}
-
-/// What an image shows of the ground, by its depth map.
-struct Ground {
-  bool has_depth = false;
-  bool shows_ground = false;
-  /// COLMAP's depths against the depth map's: metres a unit of the reconstruction.
-  std::optional<double> scale;
 };
 
-Ground look_at(const ColmapJob& job, const ColmapModel& model, const Shot& shot) {
-  const core::ImageF depth = job.depth(shot);
-  Ground ground{.has_depth = !depth.empty(), .shows_ground = shows_ground(depth), .scale = {}};
-  const auto image = model.images.find(shot.image_id);
-  if (depth.empty() || image == model.images.end()) return ground;
-  const Pose camera_from_free = image->second.camera_from_world.pose();
+/// What one seed's reconstruction comes to.
+struct Outcome {
+  std::array<std::optional<Measured>, kNumFigures> figures;
+  /// Whether the known poses explain the keypoints as well as COLMAP's own, which differ from them: what these are off
+  /// by is open.
+  bool is_open = false;
+  double ate_m = 0.0;
+  double registered_share = 0.0;
+  std::string worst_position;
+  std::string missing;
+  std::size_t num_placed = 0;
+  std::size_t num_expected = 0;
+  std::size_t num_points = 0;
+  CheckResult::Plot positions;
+};
+
+/// COLMAP's depths in an image against the depth map's: metres a unit of the reconstruction.
+/// returns  nothing of fewer than 20 points
+std::optional<double> scale_of(const ColmapJob& job, const ColmapModel& model,
+                               const Placed& placed) {
+  const core::ImageF depth = job.depth(*placed.shot);
+  if (depth.empty()) return std::nullopt;
+  const Pose camera_from_model = placed.model_from_camera.inverse();
   std::vector<double> ratios;
-  for (const ColmapObservation& seen : image->second.observations) {
+  for (const ColmapObservation& seen : placed.image->observations) {
     const auto point = model.points.find(seen.point_id);
     if (point == model.points.end()) continue;
     const auto& p = point->second.position;
-    const double free_depth = (camera_from_free * Eigen::Vector3d(p[0], p[1], p[2])).z();
+    const double found_depth = (camera_from_model * Eigen::Vector3d(p[0], p[1], p[2])).z();
     const Eigen::Vector2d pixel(seen.x_px, seen.y_px);
-    if (free_depth <= 0.0 || !shot.camera->intrinsics.contains(pixel)) continue;
+    if (found_depth <= 0.0 || !placed.shot->camera->intrinsics.contains(pixel)) continue;
     if (const auto sample = sample_inverse_depth(depth, pixel))
-      ratios.push_back(1.0 / (sample->inverse_depth.value * free_depth));
+      ratios.push_back(1.0 / (sample->inverse_depth.value * found_depth));
   }
   constexpr std::size_t kLeastPoints = 20;
-  if (ratios.size() >= kLeastPoints) ground.scale = median(ratios);
-  return ground;
+  return ratios.size() >= kLeastPoints ? std::optional(median(ratios)) : std::nullopt;
 }
 
 /// Relative poses of neighbouring frames of a camera, COLMAP's against the dataset's.
-struct Steps {
+struct StepErrors {
   std::vector<double> moved_m;
   std::vector<double> turned_px;
 };
 
-Steps compare_steps(const std::vector<Placed>& placed, double scale) {
-  std::map<std::pair<int, int>, const Placed*> by_camera_and_frame;
-  for (const Placed& one : placed)
-    by_camera_and_frame[{one.shot->camera_index, one.shot->frame}] = &one;
-  Steps steps;
-  for (const auto& [place, now] : by_camera_and_frame) {
-    const auto next = by_camera_and_frame.find({place.first, place.second + 1});
-    if (next == by_camera_and_frame.end()) continue;
-    Pose found = now->free_from_camera.inverse() * next->second->free_from_camera;
+StepErrors compare_steps(const std::vector<Placed>& placed, const Bundle& bundle, double scale) {
+  StepErrors errors;
+  for (const auto& [a, b] : bundle.steps) {
+    const Placed &now = placed[a], &next = placed[b];
+    Pose found = now.model_from_camera.inverse() * next.model_from_camera;
     found.translation *= scale;
-    const Pose wanted =
-        now->shot->local_from_camera.inverse() * next->second->shot->local_from_camera;
-    steps.moved_m.push_back((found.translation - wanted.translation).norm());
-    steps.turned_px.push_back(rotation_angle_rad(found.rotation.transpose() * wanted.rotation) *
-                              now->shot->camera->intrinsics.fx_px);
+    const Pose wanted = now.shot->local_from_camera.inverse() * next.shot->local_from_camera;
+    errors.moved_m.push_back((found.translation - wanted.translation).norm());
+    errors.turned_px.push_back(rotation_angle_rad(found.rotation.transpose() * wanted.rotation) *
+                               now.shot->camera->intrinsics.fx_px);
   }
-  return steps;
+  return errors;
 }
-
-/// Of a drift of scale: what is never asked for, how many standard errors are, and from where on the
-/// images are taken to tell none (docs/validate.md).
-constexpr double kLeastDrift = 1e-3;
-constexpr double kAlikeErrors = 8.0;
-constexpr double kLargestDrift = 1e-2;
-/// Keypoints that err by more, the bound of `colmap_sparse_reprojection`, err by something else.
-constexpr double kKeypointNoise_px = 0.3;
-
-/// Scale of the first third of the frames against the last.
-struct Drift {
-  double relative = 0.0;
-  std::optional<double> standard_error;  ///< of independent keypoints; nothing: not known
-
-  double bound() const {
-    return std::max(kLeastDrift, kAlikeErrors * standard_error.value_or(0.0));
-  }
-};
-
-/// An image and what look_at found of its scale.
-struct ScaledShot {
-  const Shot* shot = nullptr;
-  double scale = 1.0;
-};
 
 /// 1: in the first third of the frames, -1: in the last, 0: between.
 int third_of(const Shot& shot, int num_frames) {
@@ -118,138 +111,120 @@ int third_of(const Shot& shot, int num_frames) {
   return 3 * (num_frames - 1 - shot.frame) < num_frames ? -1 : 0;
 }
 
-/// The reconstruction as a bundle, with the images that tell a scale in the drift.
-Bundle bundle_of(const ColmapModel& model, const std::vector<Placed>& placed,
-                 const std::map<std::int64_t, double>& weights) {
-  Bundle bundle;
-  std::map<std::int64_t, std::size_t> index_of;
-  for (const auto& [id, point] : model.points) {
-    index_of[id] = bundle.points.size();
-    bundle.points.emplace_back(point.position[0], point.position[1], point.position[2]);
+/// Scale of the first third of the frames against the last; the views that tell it are weighed in the bundle.
+/// returns  nothing where depth maps or frames are missing
+std::optional<double> drift_of(const ColmapJob& job, const ColmapModel& model,
+                               const std::vector<Placed>& placed, Bundle& bundle) {
+  std::map<int, std::vector<double>> scales;
+  std::vector<std::pair<std::size_t, int>> told;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const int third = third_of(*placed[i].shot, job.sequence.num_frames);
+    if (third == 0) continue;
+    const auto scale = scale_of(job, model, placed[i]);
+    if (!scale) continue;
+    scales[third].push_back(*scale);
+    told.emplace_back(i, third);
   }
-  for (const Placed& one : placed) {
-    BundleView view{.camera = &one.shot->camera->intrinsics,
-                    .camera_from_bundle = one.image->camera_from_world.pose(),
-                    .observations = {},
-                    .weight = 0.0};
-    if (const auto weight = weights.find(one.shot->image_id); weight != weights.end())
-      view.weight = weight->second;
-    for (const ColmapObservation& seen : one.image->observations)
-      if (const auto point = index_of.find(seen.point_id); point != index_of.end())
-        view.observations.push_back({point->second, {seen.x_px, seen.y_px}});
-    bundle.views.push_back(std::move(view));
-  }
-  return bundle;
+  if (scales.size() < 2) return std::nullopt;
+  for (const auto& [view, third] : told)
+    bundle.views[view].weight = third / static_cast<double>(scales[third].size());
+  return std::abs(median(scales[1]) / median(scales[-1]) - 1.0);
 }
 
-std::optional<Drift> drift_of(const ColmapJob& job, const ColmapModel& model,
-                              const std::vector<Placed>& placed,
-                              const std::vector<ScaledShot>& scaled) {
-  std::vector<double> first, last;
-  for (const ScaledShot& one : scaled) {
-    const int third = third_of(*one.shot, job.sequence.num_frames);
-    if (third == 1) first.push_back(one.scale);
-    if (third == -1) last.push_back(one.scale);
-  }
-  if (first.empty() || last.empty()) return std::nullopt;
-  std::map<std::int64_t, double> weights;
-  for (const ScaledShot& one : scaled) {
-    const int third = third_of(*one.shot, job.sequence.num_frames);
-    if (third == 1) weights[one.shot->image_id] = 1.0 / static_cast<double>(first.size());
-    if (third == -1) weights[one.shot->image_id] = -1.0 / static_cast<double>(last.size());
-  }
-  Drift drift{.relative = std::abs(median(first) / median(last) - 1.0), .standard_error = {}};
-  if (const auto error = drift_error(bundle_of(model, placed, weights)))
-    drift.standard_error = error->per_px * std::min(error->noise_px, kKeypointNoise_px);
-  return drift;
+/// Whether keypoints do not tell COLMAP's poses from the known ones: these leave no more of their distances than
+/// as many free poses take away by chance, and a tenth, since COLMAP keeps those matches that suit its own.
+bool explains_as_well(const Bundle& found, const Bundle& known,
+                      const std::optional<BundleErrors>& errors) {
+  const double noise_px =
+      std::min(errors ? errors->noise_px : kMostKeypointNoise_px, kMostKeypointNoise_px);
+  const auto num_free = 6.0 * static_cast<double>(found.views.size()) - 7.0;
+  constexpr double kOwnMatches = 1.1;
+  const double more_px2 = explain(known).squares_px2 - kOwnMatches * explain(found).squares_px2;
+  return more_px2 <= num_free * std::pow(kAlikeErrors * noise_px, 2);
 }
 
-/// What one seed's reconstruction comes to.
-struct Outcome {
-  double ate_m = 0.0;
-  double step_m = 0.0;
-  double turn_px = 0.0;
-  std::optional<Drift> drift;  ///< nothing where depth maps or frames are missing
-  double registered_share = 0.0;
-  std::string worst_position;
-  std::string missing;
-  std::size_t num_placed = 0;
-  std::size_t num_expected = 0;
-  std::size_t num_steps = 0;
-  std::size_t num_points = 0;
-  CheckResult::Plot positions;
-};
-
-Outcome judge(const ColmapJob& job, const ColmapModel& model) {
-  Outcome outcome;
-  const std::vector<Placed> placed = placed_shots(job, model);
-  if (placed.size() < 3) throw ColmapFailure("COLMAP placed fewer than three images");
+void measure(const ColmapJob& job, const ColmapModel& model, const std::vector<Placed>& placed,
+             Outcome& outcome) {
   std::vector<Eigen::Vector3d> found, wanted;
   for (const Placed& one : placed) {
-    found.push_back(one.free_from_camera.translation);
+    found.push_back(one.model_from_camera.translation);
     wanted.push_back(one.shot->local_from_camera.translation);
   }
-  const Similarity local_from_free = best_similarity(found, wanted);
+  const Similarity local_from_model = best_similarity(found, wanted);
   std::vector<double> errors_m;
   for (std::size_t i = 0; i < placed.size(); ++i) {
-    errors_m.push_back((local_from_free * found[i] - wanted[i]).norm());
+    errors_m.push_back((local_from_model * found[i] - wanted[i]).norm());
     if (errors_m.back() >= *std::max_element(errors_m.begin(), errors_m.end()))
       outcome.worst_position = fmt::format("{}: {:.3f} m", placed[i].shot->name, errors_m.back());
     outcome.positions.x.push_back(placed[i].shot->frame);
     outcome.positions.y.push_back(errors_m.back());
   }
   outcome.ate_m = root_mean_square(errors_m);
-  const Steps steps = compare_steps(placed, local_from_free.scale);
-  outcome.num_steps = steps.moved_m.size();
-  outcome.step_m = root_mean_square(steps.moved_m);
-  outcome.turn_px = root_mean_square(steps.turned_px);
 
-  std::vector<ScaledShot> scaled;
+  Bundle bundle = found_bundle(model, placed);
+  const StepErrors steps = compare_steps(placed, bundle, local_from_model.scale);
+  const std::optional<double> drift = drift_of(job, model, placed, bundle);
+  const std::optional<BundleErrors> errors = bundle_errors(bundle);
+  const double noise_px = errors ? std::min(errors->noise_px, kMostKeypointNoise_px) : 0.0;
+  const double pixel_m = job.ground_pixel_m();
+  const auto set = [&](Figure figure, double value, std::optional<double> per_px, double unit) {
+    outcome.figures[figure] = Measured{.value = value / unit, .standard_error = {}};
+    if (per_px) outcome.figures[figure]->standard_error = noise_px * *per_px / unit;
+  };
+  const auto of = [&](double BundleErrors::*member, double scale) {
+    return errors ? std::optional(scale * (*errors).*member) : std::nullopt;
+  };
+  set(kPosition, outcome.ate_m, of(&BundleErrors::position, local_from_model.scale), pixel_m);
+  if (!bundle.steps.empty()) {
+    set(kStep, root_mean_square(steps.moved_m), of(&BundleErrors::step, local_from_model.scale),
+        pixel_m);
+    set(kTurn, root_mean_square(steps.turned_px), of(&BundleErrors::turn_px, 1.0), 1.0);
+  }
+  if (drift) set(kDrift, *drift, errors ? errors->drift : std::nullopt, 1.0);
+  // A drift from the depth maps while the poses agree is none of the poses'.
+  const auto is_off = [&](Figure figure) {
+    const std::optional<Measured>& measured = outcome.figures[figure];
+    return measured && measured->value > measured->bound(kFigures[figure]);
+  };
+  outcome.is_open = (is_off(kPosition) || is_off(kStep) || is_off(kTurn)) &&
+                    explains_as_well(bundle, known_bundle(model, placed), errors);
+}
+
+/// Counts the images that COLMAP placed, and those it left out though they see enough of its points.
+void count_registered(const ColmapJob& job, const ColmapModel& model,
+                      const VerifiedMatches& matches, Outcome& outcome) {
+  // COLMAP asks for 30 of them that agree.
+  constexpr std::size_t kEnoughPoints = 100;
+  const std::map<std::int64_t, std::size_t> seen = count_seen_points(matches, model);
   std::size_t num_registered = 0;
   for (const Shot& shot : job.shots) {
-    const Ground ground = look_at(job, model, shot);
-    if (ground.scale) scaled.push_back({&shot, *ground.scale});
-    if (ground.has_depth && !ground.shows_ground) continue;
+    const bool is_placed = model.images.contains(shot.image_id);
+    const auto points = seen.find(shot.image_id);
+    if (!is_placed && (points == seen.end() || points->second < kEnoughPoints)) continue;
     ++outcome.num_expected;
-    if (model.images.contains(shot.image_id))
+    if (is_placed)
       ++num_registered;
     else if (outcome.missing.empty())
-      outcome.missing = shot.name;
+      outcome.missing = fmt::format("{}, which sees {} points", shot.name, points->second);
   }
-  outcome.drift = drift_of(job, model, placed, scaled);
   outcome.registered_share = static_cast<double>(num_registered) /
                              static_cast<double>(std::max<std::size_t>(outcome.num_expected, 1));
+}
+
+Outcome judge(const ColmapJob& job, const ColmapModel& model, const VerifiedMatches& matches) {
+  Outcome outcome;
+  const std::vector<Placed> placed = placed_shots(job, model);
   outcome.num_placed = placed.size();
   outcome.num_points = model.points.size();
+  count_registered(job, model, matches, outcome);
+  // Two can always be laid on two others.
+  if (placed.size() >= 3) measure(job, model, placed, outcome);
   return outcome;
 }
 
-void describe_drift(CheckResult& result, const Drift& drift) {
-  result.value = drift.relative;
-  result.bound = drift.bound();
-  result.summary = fmt::format(
-      "COLMAP's depths against the depth maps: scale of the first third of the frames against the "
-      "last. If keypoints erred each for itself, its standard error would be {}.",
-      drift.standard_error ? fmt::format("{:.1e}", *drift.standard_error) : "not known");
-  result.reason = fmt::format(
-      "A drift of scale is what a wrong focal length or a slow error of the poses makes. Errors of "
-      "keypoints on like ground are alike, so that a drift may be {} standard errors.",
-      kAlikeErrors);
-}
-
-/// returns  empty where the images tell the drift
-std::string why_drift_is_unseen(const Drift& drift) {
-  if (drift.standard_error && drift.relative <= drift.bound() && drift.bound() > kLargestDrift)
-    return fmt::format("these images tell scales to {:.1e} only", drift.bound());
-  if (!drift.standard_error && drift.relative > kLeastDrift && drift.relative <= kLargestDrift)
-    return fmt::format(
-        "{:.1e}, and how well the images tell it is not known: they do not hang together, or are "
-        "more than {}",
-        drift.relative, kMostDriftViews);
-  return {};
-}
-
-Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database, int seed) {
+/// returns  nothing where COLMAP found no pair of images to begin with, and there is none
+std::optional<Outcome> reconstruct(const ColmapJob& job, const MatchedDatabase& database,
+                                   const VerifiedMatches& matches, int seed) {
   const std::string name = fmt::format("free_{}", seed);
   const ColmapCommand mapper{
       "mapper",
@@ -268,87 +243,163 @@ Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database, int s
                          job.images().string(), "--output_path", folder.string()},
                         name + ".log", 600.0 + 120.0 * static_cast<double>(job.shots.size()));
       });
-  if (!fs::is_directory(made / "0"))
-    throw ColmapFailure(fmt::format(
-        "colmap mapper found no pair of images to begin with (seed {}); see {}.log", seed, name));
-  return judge(job, read_made_model(made / "0"));
+  if (fs::is_directory(made / "0")) return judge(job, read_made_model(made / "0"), matches);
+  if (!can_begin(job, matches)) return std::nullopt;
+  throw ColmapFailure(fmt::format(
+      "colmap mapper found no pair of images to begin with (seed {}); see {}.log", seed, name));
+}
+
+/// One figure of all seeds: the worst that is an error, or else the one that is nearest to being one.
+class WorstOfSeeds {
+ public:
+  explicit WorstOfSeeds(const FigureKind& kind) : kind_(kind) {}
+
+  /// returns  whether it is the worst so far
+  bool add(const Outcome& outcome, const std::optional<Measured>& measured,
+           const std::string& where) {
+    if (!measured) {
+      is_missing_ = true;
+      return false;
+    }
+    const double used = share_of_bound(measured->value, measured->bound(kind_), false);
+    const bool is_error = used > 1.0 && !outcome.is_open;
+    is_any_open_ |= used > 1.0 && !is_error;
+    if (std::pair(is_error, used) <= std::pair(is_error_, used_)) return false;
+    is_error_ = is_error;
+    used_ = used;
+    worst_ = *measured;
+    where_ = where;
+    return true;
+  }
+
+  CheckResult result(const char* why_missing) const {
+    CheckResult result = colmap_result(kind_.name, worst_.value, worst_.bound(kind_), kind_.unit);
+    result.worst = where_;
+    if (is_error_) return result;
+    if (is_missing_ || used_ < 0.0) return unseen_result(kind_.name, why_missing);
+    if (is_any_open_)
+      return unseen_result(
+          kind_.name, fmt::format("COLMAP's poses are off by {:.2g} {}, but explain the keypoints "
+                                  "no better than the known ones ({})",
+                                  worst_.value, kind_.unit, where_));
+    if (!worst_.standard_error && worst_.value > kind_.allowed)
+      return unseen_result(
+          kind_.name, fmt::format("{:.1e}, and how well the images tell it is not known: they do "
+                                  "not hang together, or are more than {}",
+                                  worst_.value, kMostBundleViews));
+    if (worst_.standard_error && result.bound > kind_.worth)
+      return unseen_result(kind_.name, fmt::format("these images tell it to {:.2g} {} only",
+                                                   result.bound, kind_.unit));
+    if (worst_.standard_error) result.smallest = result.bound + kFound * *worst_.standard_error;
+    return result;
+  }
+  std::string standard_error() const {
+    return worst_.standard_error ? fmt::format("{:.1e}", *worst_.standard_error) : "not known";
+  }
+
+ private:
+  /// Standard errors beyond the bound from which on an error is found in 99 of 100 cases.
+  static constexpr double kFound = 2.33;
+
+  const FigureKind& kind_;
+  Measured worst_;
+  std::string where_;
+  double used_ = -1.0;
+  bool is_error_ = false, is_missing_ = false, is_any_open_ = false;
+};
+
+std::vector<CheckResult> all_unseen(const std::string& why) {
+  std::vector<CheckResult> results;
+  for (const FigureKind& kind : kFigures) results.push_back(unseen_result(kind.name, why));
+  results.push_back(unseen_result("colmap_free_registered", why));
+  return results;
+}
+
+void describe(std::vector<CheckResult>& results, const std::vector<WorstOfSeeds>& worst,
+              const ColmapJob& job, const std::string& lines) {
+  const std::string open = fmt::format(
+      "Images that show what the poses say leave open what their keypoints' noise does, by the "
+      "covariance of the adjustment; errors on like ground are alike, so that {} standard errors "
+      "are "
+      "allowed.",
+      kAlikeErrors);
+  const auto add_error = [&](Figure figure, const std::string& words) {
+    results[figure].summary =
+        fmt::format("{} Standard error, if keypoints err each for itself: {} {}.", words,
+                    worst[figure].standard_error(), kFigures[figure].unit);
+    results[figure].reason = open;
+  };
+  add_error(
+      kPosition,
+      fmt::format("Distance (rms) of COLMAP's camera centres from the poses after a similarity, "
+                  "worst of {} seeds; a ground pixel is {:.3f} m.{}",
+                  job.num_seeds, job.ground_pixel_m(), lines));
+  add_error(kStep, "Relative positions (rms) of neighbouring frames of a camera.");
+  add_error(
+      kTurn,
+      "Relative rotations (rms) of neighbouring frames of a camera, as what they shift in the "
+      "image.");
+  add_error(
+      kDrift,
+      "COLMAP's depths against the depth maps: scale of the first third of the frames against "
+      "the last. A wrong focal length or a slow error of the poses makes it drift.");
+  results[kPosition].detects = "one camera of nine three ground pixels beside its place";
+  results[kStep].detects = "the same";
+  results[kTurn].detects = "one frame of three turned so that the image moves by 2.4 px";
+  results[kDrift].detects =
+      "0.2 % between the first and the last third, where keypoints tell as much";
 }
 
 }  // namespace
 
 std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
   const MatchedDatabase database = matched_database(job);
-  const double pixel_m = job.ground_pixel_m();
-
-  CheckResult ate = colmap_result("colmap_free_ate", 0.0, 0.5, "ground pixels");
-  CheckResult step = colmap_result("colmap_free_rpe", 0.0, 0.5, "ground pixels");
-  CheckResult turn = colmap_result("colmap_free_rpe_rotation", 0.0, 0.5, "px");
-  CheckResult drift = colmap_result("colmap_free_scale_drift", 0.0, kLeastDrift, "relative");
+  const VerifiedMatches matches = read_matches(database.file);
   CheckResult registered = colmap_result("colmap_free_registered", 1.0, 0.99, "share (at least)");
   registered.is_lower_bound = true;
+  std::vector<WorstOfSeeds> worst(kFigures.begin(), kFigures.end());
+  CheckResult::Plot positions;
   std::string lines;
-  Drift worst_drift;  // against its bound
-  bool has_drift = true, has_steps = true, is_any_expected = true;
   for (int seed = 0; seed < job.num_seeds; ++seed) {
-    const Outcome outcome = reconstruct(job, database, seed);
+    const std::optional<Outcome> outcome = reconstruct(job, database, matches, seed);
+    if (!outcome)
+      return all_unseen(
+          "no two images have 100 matches that they see under 4 degrees: there is none "
+          "to begin with");
     const std::string where = fmt::format("seed {}", seed);
-    if (outcome.ate_m / pixel_m >= ate.value) ate.plots = {outcome.positions};
-    note_worst(ate, outcome.ate_m / pixel_m, where + ", " + outcome.worst_position);
-    note_worst(step, outcome.step_m / pixel_m, where);
-    note_worst(turn, outcome.turn_px, where);
-    has_drift = has_drift && outcome.drift;
-    has_steps = has_steps && outcome.num_steps > 0;
-    is_any_expected = is_any_expected && outcome.num_expected > 0;
-    if (outcome.drift && (drift.worst.empty() || outcome.drift->relative / outcome.drift->bound() >
-                                                     worst_drift.relative / worst_drift.bound())) {
-      worst_drift = *outcome.drift;
-      drift.worst = where;
+    for (std::size_t i = 0; i < kNumFigures; ++i)
+      if (worst[i].add(*outcome, outcome->figures[i],
+                       i == kPosition ? where + ", " + outcome->worst_position : where) &&
+          i == kPosition)
+        positions = outcome->positions;
+    if (seed == 0 || outcome->registered_share < registered.value) {
+      registered.value = outcome->registered_share;
+      registered.worst = outcome->missing.empty() ? where : where + ", " + outcome->missing;
     }
-    if (seed == 0 || outcome.registered_share < registered.value) {
-      registered.value = outcome.registered_share;
-      registered.worst = outcome.missing.empty() ? where : where + ", " + outcome.missing;
-    }
-    lines += fmt::format(" Seed {}: {} of {} images, {} points, {:.4f} m.", seed,
-                         outcome.num_placed, job.shots.size(), outcome.num_points, outcome.ate_m);
+    lines +=
+        fmt::format(" Seed {}: {} of {} images, {} points, {:.4f} m.", seed, outcome->num_placed,
+                    job.shots.size(), outcome->num_points, outcome->ate_m);
   }
-  for (CheckResult::Plot& plot : ate.plots) {
-    plot.title = "Distance of the aligned cameras from their poses, worst seed";
-    plot.x_label = "frame";
-    plot.y_label = "m";
-  }
-  ate.summary = fmt::format(
-      "Distance (rms) of COLMAP's camera centres from the poses after a similarity, worst of {} "
-      "seeds; a ground pixel is {:.3f} m.{}",
-      job.num_seeds, pixel_m, lines);
-  ate.reason =
-      "Images that show what the poses say place their cameras to a fraction of a pixel on the "
-      "ground.";
-  step.summary = "Relative positions (rms) of neighbouring frames of a camera.";
-  turn.summary =
-      "Relative rotations (rms) of neighbouring frames of a camera, as what they shift in the "
-      "image.";
-  step.reason = turn.reason = "As for the positions.";
-  describe_drift(drift, worst_drift);
-  registered.summary = "Share of the images with 30 % ground that COLMAP placed.";
-  registered.reason = "Ground with texture is never lost.";
-  ate.detects = "one camera of nine three ground pixels beside its place";
-  step.detects = "the same";
-  turn.detects = "one frame of three turned so that the image moves by 1 px";
-  drift.detects = "0.2 % between the first and the last third, where keypoints tell as much";
+  constexpr std::array<const char*, kNumFigures> kWhyMissing{
+      "COLMAP placed fewer than three images",
+      "COLMAP placed no two neighbouring frames of a camera",
+      "COLMAP placed no two neighbouring frames of a camera",
+      "no depth maps, or too few points in the first or last third"};
+  std::vector<CheckResult> results;
+  for (std::size_t i = 0; i < kNumFigures; ++i) results.push_back(worst[i].result(kWhyMissing[i]));
+  describe(results, worst, job, lines);
+  positions.title = "Distance of the aligned cameras from their poses, worst seed";
+  positions.x_label = "frame";
+  positions.y_label = "m";
+  results[kPosition].plots = {positions};
+  registered.ok = registered.is_within_bound();
+  registered.summary =
+      "Share of the images that COLMAP placed, of those and of what it left out though it sees 100 "
+      "of "
+      "its points.";
+  registered.reason = "COLMAP asks for 30 points that agree with one pose.";
   registered.detects = "one image of nine left out";
-  std::vector<CheckResult> results{ate, step, turn, drift, registered};
-  for (CheckResult& result : results) result.ok = result.is_within_bound();
-  if (!has_steps)
-    for (const std::size_t i : {1U, 2U})
-      results[i] =
-          unseen_result(results[i].name, "COLMAP placed no two neighbouring frames of a camera");
-  if (!is_any_expected)
-    results[4] = unseen_result("colmap_free_registered", "no image shows 30 % ground");
-  if (!has_drift)
-    results[3] = unseen_result("colmap_free_scale_drift",
-                               "no depth maps, or too few points in the first or last third");
-  else if (const std::string why = why_drift_is_unseen(worst_drift); !why.empty())
-    results[3] = unseen_result("colmap_free_scale_drift", why);
+  results.push_back(std::move(registered));
   return results;
 }
 
