@@ -53,12 +53,16 @@ double draw_agl_m(Draws& draws, const JobWorld& world) {
   return std::clamp(agl_m, world.least_agl_m, world.most_agl_m);
 }
 
-JobSize draw_job_size(Draws draws) {
+JobSize draw_job_size(Draws draws, bool is_small) {
   JobSize size;
   size.num_frames = static_cast<int>(draws.log_between(2.0, 61.0));
   size.color_samples = draws.among({1, 1, 2, 4, 4, 8, 16});
   size.rays = draws.log_between(2e5, 8e6);
   size.frame_s = 1.0 / draws.log_between(0.1, 30.0);
+  if (is_small) {
+    size.num_frames = std::min(size.num_frames, 10);
+    size.rays *= 0.1;
+  }
   return size;
 }
 
@@ -293,13 +297,13 @@ std::string add_list(GeneratedJob& job, const std::string& stem,
 
 }  // namespace
 
-GeneratedJob generate_job(std::uint64_t seed, bool has_data) {
+GeneratedJob generate_job(std::uint64_t seed, const JobChoice& choice) {
   GeneratedJob job;
   job.seed = seed;
   const JobWorld& world = draw_world(Draws(seed, "world"));
-  if (world.needs_data && !has_data) return job;
+  if ((world.needs_data && !choice.has_data) || (choice.is_small && !world.is_formula)) return job;
   job.world = &world;
-  JobSize size = draw_job_size(Draws(seed, "size"));
+  JobSize size = draw_job_size(Draws(seed, "size"), choice.is_small);
   Draws draws(seed, "job");
   const int num_rigs = draws.chance(0.25) ? 2 : 1;
   size.rays /= num_rigs;

@@ -24,9 +24,14 @@ struct GeneratedJob {
   std::vector<std::string> keys, values;
 };
 
+/// What jobs may be.
+struct JobChoice {
+  bool has_data = false;  ///< whether worlds of outside data may be drawn; the jobs of other worlds are the same either way
+  bool is_small = false;  ///< worlds of formulas alone, a tenth of the rays and ten frames at most: some seconds
+};
+
 /// The job of a seed.
-/// has_data   whether worlds of outside data may be drawn; the jobs of other worlds are the same either way
-/// returns    one without a world where the seed's needs data that are not there
-GeneratedJob generate_job(std::uint64_t seed, bool has_data);
+/// returns    one without a world where the seed's is none of the choice
+GeneratedJob generate_job(std::uint64_t seed, const JobChoice& choice);
 
 }  // namespace terracast::test

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "core/atomic_file.h"
-#include "tests/jobs/job.h"
+#include "tests/jobs/written_job.h"
 
 /// Writes jobs that are right by construction, drawn by seed over all that a config can say, to see whether `validate`
 /// calls any of them wrong.
@@ -17,26 +17,6 @@ namespace terracast::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
-    text.replace(at, what.size(), by);
-  return text;
-}
-
-std::string folder_name(std::uint64_t seed) { return fmt::format("{:07}", seed); }
-
-/// A job's files, in a folder of its own, with a config that runs it alone.
-void write_job(const GeneratedJob& job, const fs::path& out, const std::string& data) {
-  const fs::path folder = out / folder_name(job.seed);
-  fs::create_directories(folder);
-  for (const JobFile& file : job.files) core::write_file(folder / file.name, file.text);
-  std::string text = fmt::format("name = \"job{}\"\ndata = \"{}\"\nworld = \"../worlds/{}.toml\"\n",
-                                 folder_name(job.seed), data, job.world->name);
-  for (std::size_t i = 0; i < job.keys.size(); ++i)
-    text += fmt::format("{} = {}\n", job.keys[i], replaced(job.values[i], "@", ""));
-  core::write_file(folder / "job.toml", text);
-}
 
 /// Jobs of one world, as the description of a batch.
 void write_batch(const std::vector<GeneratedJob>& jobs, const std::string& name,
@@ -68,21 +48,22 @@ int run(int argc, char** argv) {
   app.add_option("--most", most, "Jobs of a batch at most.")->capture_default_str();
   app.add_option("--data", data,
                  "Folder of source data; without it seeds of worlds of data are left out.");
+  bool is_small = false;
+  app.add_flag("--small", is_small,
+               "Worlds of formulas alone, a tenth of the rays and ten frames at most.");
   app.add_option("--out", out_name, "Folder for jobs, worlds and batches.")->required();
   CLI11_PARSE(app, argc, argv);
   const fs::path out = fs::absolute(out_name);
   const std::string data_folder = data.empty() ? "" : fs::absolute(data).string();
-  fs::create_directories(out / "worlds");
   std::map<std::string, std::vector<GeneratedJob>> by_world;
   std::uint64_t num_left_out = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    GeneratedJob job = generate_job(seed, !data.empty());
+    GeneratedJob job = generate_job(seed, {.has_data = !data.empty(), .is_small = is_small});
     if (job.world == nullptr) {
       ++num_left_out;
       continue;
     }
-    core::write_file(out / "worlds" / (job.world->name + ".toml"),
-                     replaced(job.world->text, "@CONFIGS@", configs));
+    write_world(*job.world, out, configs);
     write_job(job, out, data_folder);
     by_world[job.world->name].push_back(std::move(job));
   }
@@ -95,7 +76,7 @@ int run(int argc, char** argv) {
                   fmt::format("{}-{}", world, from / most), out, data_folder);
       ++num_batches;
     }
-  fmt::print("{} jobs in {} batches; {} left out, whose worlds need --data\n", count - num_left_out,
+  fmt::print("{} jobs in {} batches; {} left out, whose worlds need --data or are no formulas\n", count - num_left_out,
              num_batches, num_left_out);
   return 0;
 }

@@ -26,6 +26,7 @@ JobWorld bare(const std::string& name, double lat_deg, double lon_deg, const std
                ground;
   world.reach_m = 1500.0;
   world.most_agl_m = 3000.0;
+  world.is_formula = true;
   return world;
 }
 

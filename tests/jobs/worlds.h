@@ -14,6 +14,7 @@ struct JobWorld {
   double least_agl_m = 2.0;  ///< nothing on the ground reaches higher where flights may be low
   double most_agl_m = 1500.0;
   bool needs_data = false;  ///< of the folder that the option --data names
+  bool is_formula = false;  ///< 8 km of bare ground, made in a second
   bool has_roads = false;
   bool is_land = true;  ///< all of it
 };

@@ -251,13 +251,11 @@ TEST_F(Triangulation, KeypointsOfOneImageBesideTheirPointsAreAnErrorOfReprojecti
   EXPECT_FALSE(results.at("colmap_sparse_reprojection").ok) << text_of(results);
 }
 
-TEST_F(Triangulation, PointsOverTheGroundAreAnOffset) {
-  // A ground pixel of this flight is 0.8 to 1 m.
-  const Results results = judge([](RawModel& model) {
-    model.move_points([](std::size_t) { return Eigen::Vector3d(0.0, 0.0, 0.8); });
-  });
+TEST_F(Triangulation, DepthsThatAreLongerThanWhereRaysMeetAreAnOffset) {
+  const Results results = KnownWork::judge("sparse", [](RawModel&) {}, {.depth_relative = 0.005});
   SCOPED_TRACE(text_of(results));
   EXPECT_FALSE(results.at("colmap_sparse_offset").ok);
+  EXPECT_NEAR(results.at("colmap_sparse_offset").value, 0.005, 5e-5);
   EXPECT_TRUE(results.at("colmap_sparse_distance").ok);
 }
 

@@ -153,8 +153,7 @@ TEST(ColmapProgram, WhatWasDoneBeforeACommandFailedIsNotDoneAgain) {
   EXPECT_THAT(first.at("colmap_sparse_program").worst, HasSubstr("signal 9"));
   EXPECT_EQ(core::read_text_file(calls), "feature_extractor\nmatches_importer\n");
   ask_colmap(scratch / "data", scratch / "report", {"sparse"});
-  EXPECT_EQ(core::read_text_file(calls),
-            "feature_extractor\nmatches_importer\nmatches_importer\npoint_triangulator\n");
+  EXPECT_EQ(core::read_text_file(calls), "feature_extractor\nmatches_importer\nmatches_importer\n");
   // Another image: all is done again.
   core::write_file(scratch / "data/flight/images/rig/cam0/000001.png",
                    core::read_file(scratch / "data/flight/images/rig/cam0/000002.png"));

@@ -152,7 +152,7 @@ MatchedDatabase matched_database(const ColmapJob& job) {
           fmt::format("{} is missing", source.lexically_relative(job.folder()).string()));
   std::vector<std::string> pairs;
   for (const auto& [a, b] : covisible_pairs(job)) pairs.push_back(names[a] + " " + names[b]);
-  if (pairs.empty()) throw ColmapFailure("no two images of the model see the same ten points");
+  if (pairs.empty()) throw ColmapFailure(kNoPairs);
 
   std::vector<WorkFolder::Step> steps;
   steps.push_back({.key = job.program.version() + "\n" + files_key(sources),

@@ -14,6 +14,9 @@ namespace terracast::validate {
 /// shares most under an angle that triangulates well, and of its own camera those with which it shares most.
 std::vector<std::pair<std::size_t, std::size_t>> covisible_pairs(const ColmapJob& job);
 
+/// Why a job without such pairs shows nothing.
+inline constexpr const char* kNoPairs = "no two images of the model see the same ten points";
+
 /// A database with SIFT features and verified matches of the covisible pairs, grown from the
 /// exported database.db.
 struct MatchedDatabase {

@@ -222,9 +222,8 @@ Outcome judge(const ColmapJob& job, const ColmapModel& model, const VerifiedMatc
   return outcome;
 }
 
-/// returns  nothing where COLMAP found no pair of images to begin with, and there is none
-std::optional<Outcome> reconstruct(const ColmapJob& job, const MatchedDatabase& database,
-                                   const VerifiedMatches& matches, int seed) {
+Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database,
+                    const VerifiedMatches& matches, int seed) {
   const std::string name = fmt::format("free_{}", seed);
   const ColmapCommand mapper{
       "mapper",
@@ -243,10 +242,10 @@ std::optional<Outcome> reconstruct(const ColmapJob& job, const MatchedDatabase& 
                          job.images().string(), "--output_path", folder.string()},
                         name + ".log", 600.0 + 120.0 * static_cast<double>(job.shots.size()));
       });
-  if (fs::is_directory(made / "0")) return judge(job, read_made_model(made / "0"), matches);
-  if (!can_begin(job, matches)) return std::nullopt;
-  throw ColmapFailure(fmt::format(
-      "colmap mapper found no pair of images to begin with (seed {}); see {}.log", seed, name));
+  if (!fs::is_directory(made / "0"))
+    throw ColmapFailure(fmt::format(
+        "colmap mapper found no pair of images to begin with (seed {}); see {}.log", seed, name));
+  return judge(job, read_made_model(made / "0"), matches);
 }
 
 /// One figure of all seeds: the worst that is an error, or else the one that is nearest to being one.
@@ -353,32 +352,32 @@ void describe(std::vector<CheckResult>& results, const std::vector<WorstOfSeeds>
 }  // namespace
 
 std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
+  if (covisible_pairs(job).empty()) return all_unseen(kNoPairs);
   const MatchedDatabase database = matched_database(job);
   const VerifiedMatches matches = read_matches(database.file);
+  if (!can_begin(job, matches))
+    return all_unseen(
+        "no two images have 100 matches that they see under 4 degrees and aside: there is none to "
+        "begin with");
   CheckResult registered = colmap_result("colmap_free_registered", 1.0, 0.99, "share (at least)");
   registered.is_lower_bound = true;
   std::vector<WorstOfSeeds> worst(kFigures.begin(), kFigures.end());
   CheckResult::Plot positions;
   std::string lines;
   for (int seed = 0; seed < job.num_seeds; ++seed) {
-    const std::optional<Outcome> outcome = reconstruct(job, database, matches, seed);
-    if (!outcome)
-      return all_unseen(
-          "no two images have 100 matches that they see under 4 degrees: there is none "
-          "to begin with");
+    const Outcome outcome = reconstruct(job, database, matches, seed);
     const std::string where = fmt::format("seed {}", seed);
     for (std::size_t i = 0; i < kNumFigures; ++i)
-      if (worst[i].add(*outcome, outcome->figures[i],
-                       i == kPosition ? where + ", " + outcome->worst_position : where) &&
+      if (worst[i].add(outcome, outcome.figures[i],
+                       i == kPosition ? where + ", " + outcome.worst_position : where) &&
           i == kPosition)
-        positions = outcome->positions;
-    if (seed == 0 || outcome->registered_share < registered.value) {
-      registered.value = outcome->registered_share;
-      registered.worst = outcome->missing.empty() ? where : where + ", " + outcome->missing;
+        positions = outcome.positions;
+    if (seed == 0 || outcome.registered_share < registered.value) {
+      registered.value = outcome.registered_share;
+      registered.worst = outcome.missing.empty() ? where : where + ", " + outcome.missing;
     }
-    lines +=
-        fmt::format(" Seed {}: {} of {} images, {} points, {:.4f} m.", seed, outcome->num_placed,
-                    job.shots.size(), outcome->num_points, outcome->ate_m);
+    lines += fmt::format(" Seed {}: {} of {} images, {} points, {:.4f} m.", seed,
+                         outcome.num_placed, job.shots.size(), outcome.num_points, outcome.ate_m);
   }
   constexpr std::array<const char*, kNumFigures> kWhyMissing{
       "COLMAP placed fewer than three images",

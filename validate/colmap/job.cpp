@@ -156,14 +156,17 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
                                        "would measure what the shutter moves"));
       continue;
     }
+    if (sequence.states_belief) {
+      results.push_back(skipped_result(
+          fmt::format("colmap_{}_program", mode.name),
+          "the model states a calibration that is believed and not true; export with calibration = "
+          "\"true\" to have COLMAP check the images"));
+      continue;
+    }
     std::string failure, version;
     try {
       if (!sequence.binary_model)
         throw ColmapFailure("not a COLMAP dataset: there is nothing to give to COLMAP");
-      if (sequence.states_belief)
-        throw ColmapFailure(
-            "the model states a calibration that is believed and not true; export with "
-            "calibration = \"true\" to have COLMAP check the images");
       ColmapJob job{.dataset = dataset,
                     .sequence = sequence,
                     .shots = shots_of(sequence),

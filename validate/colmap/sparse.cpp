@@ -90,17 +90,24 @@ void look_at(const ColmapJob& job, const ColmapModel& model, const Placed& place
   }
 }
 
-/// Of each image, what could be triangulated and what was.
-CheckResult points_result(const ColmapJob& job, const VerifiedMatches& matches,
-                          const ColmapModel& model) {
-  constexpr std::size_t kLeastKeypoints = 50;
-  // Verified matches agree with some geometry of their two images; of wrong ones, along the epipolar lines, some few are
-  // left. At right poses nine of ten become points; half is asked for.
-  constexpr double kShare = 0.5;
-  const std::map<std::int64_t, std::size_t> triangulable = count_triangulable(job, matches);
-  const auto num_told =
+/// Keypoints of an image that have to be triangulable, for it to be judged.
+constexpr std::size_t kLeastKeypoints = 50;
+
+/// By image, the keypoints that can be triangulated.
+using Triangulable = std::map<std::int64_t, std::size_t>;
+
+std::size_t num_told(const Triangulable& triangulable) {
+  return static_cast<std::size_t>(
       std::count_if(triangulable.begin(), triangulable.end(),
-                    [](const auto& one) { return one.second >= kLeastKeypoints; });
+                    [](const auto& one) { return one.second >= kLeastKeypoints; }));
+}
+
+/// Of each image, what could be triangulated and what was.
+CheckResult points_result(const ColmapJob& job, const Triangulable& triangulable,
+                          const ColmapModel& model) {
+  // Verified matches agree with some geometry of their two images; of wrong ones, along the epipolar lines, some few are
+  // left; at right poses nearly all become points. Half is asked for.
+  constexpr double kShare = 0.5;
   CheckResult result = colmap_result("colmap_sparse_points", 1.0, kShare, "share (at least)");
   result.is_lower_bound = true;
   double least_used = std::numeric_limits<double>::infinity();
@@ -114,8 +121,9 @@ CheckResult points_result(const ColmapJob& job, const VerifiedMatches& matches,
                             [&](const auto& seen) { return model.points.contains(seen.point_id); });
     const auto total = static_cast<std::int64_t>(num_keypoints);
     const double bound =
-        static_cast<double>(total - binomial_quantile(kFalseVerdict / static_cast<double>(num_told),
-                                                      total, kShare)) /
+        static_cast<double>(
+            total - binomial_quantile(kFalseVerdict / static_cast<double>(num_told(triangulable)),
+                                      total, kShare)) /
         static_cast<double>(total);
     const double share =
         std::min(1.0, static_cast<double>(num_points) / static_cast<double>(total));
@@ -126,16 +134,11 @@ CheckResult points_result(const ColmapJob& job, const VerifiedMatches& matches,
     result.worst =
         fmt::format("{}: {} points of {} keypoints", job.find(id)->name, num_points, total);
   }
-  if (num_told == 0)
-    return unseen_result(
-        result.name, fmt::format("no image has {} keypoints with matches in two others that are "
-                                 "seen under {} degrees",
-                                 kLeastKeypoints, kLeastAngle_deg));
   result.ok = result.is_within_bound();
   result.summary = fmt::format(
       "Least share of an image's keypoints with matches in two other images or more, seen under {} "
       "degrees or more, that were triangulated; {} of {} images have {} of them.",
-      kLeastAngle_deg, num_told, job.shots.size(), kLeastKeypoints);
+      kLeastAngle_deg, num_told(triangulable), job.shots.size(), kLeastKeypoints);
   result.reason =
       "Their matches agree with some geometry of two images; with the right one, nearly all become "
       "points. The bound is what a half leaves with a probability of 1e-9.";
@@ -306,10 +309,24 @@ std::vector<CheckResult> surface_results(const ColmapModel& model, const Bundle&
   return {distance, offset};
 }
 
+std::vector<CheckResult> all_unseen(const std::string& why) {
+  std::vector<CheckResult> results;
+  for (const char* name : {"colmap_sparse_reprojection", "colmap_sparse_distance",
+                           "colmap_sparse_offset", "colmap_sparse_points"})
+    results.push_back(unseen_result(name, why));
+  return results;
+}
+
 }  // namespace
 
 std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
+  if (covisible_pairs(job).empty()) return all_unseen(kNoPairs);
   const MatchedDatabase database = matched_database(job);
+  const Triangulable triangulable = count_triangulable(job, read_matches(database.file));
+  if (num_told(triangulable) == 0)
+    return all_unseen(fmt::format(
+        "no image has {} keypoints with matches in two others that are seen under {} degrees",
+        kLeastKeypoints, kLeastAngle_deg));
   const fs::path exported = job.folder() / "sparse/0";
   const ColmapCommand triangulator{
       "point_triangulator",
@@ -327,7 +344,6 @@ std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
         "sparse.log", 600.0 + 30.0 * static_cast<double>(job.shots.size()));
   });
   const ColmapModel model = read_made_model(made, MayBeEmpty::Yes);
-  const VerifiedMatches matches = read_matches(database.file);
   const std::vector<Placed> placed = placed_shots(job, model);
   Surfaces surfaces;
   for (const Placed& one : placed) look_at(job, model, one, surfaces);
@@ -337,7 +353,7 @@ std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
                           job.shots.size(), database.num_pairs))};
   for (CheckResult& result : surface_results(model, bundle, surfaces, job.ground_pixel_m()))
     results.push_back(std::move(result));
-  results.push_back(points_result(job, matches, model));
+  results.push_back(points_result(job, triangulable, model));
   return results;
 }
 
