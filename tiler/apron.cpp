@@ -17,6 +17,12 @@ constexpr double kHillPeriod_m = 7000.0;
 /// Mirrored ground up to this far above the sea is shore: what lies beyond comes down to it.
 constexpr double kShoreHeight_m = 20.0;
 constexpr double kSeaDepth_m = 100.0;
+/// Beyond the border land comes down to its coast over this share of the distance from the border.
+constexpr double kCoastShare = 0.5;
+/// Land may lie beyond the border's sea so many of the border's samples from its land.
+constexpr double kCoastSamples = 2.0;
+/// Below the sea where land would have been mirrored: 1 in 50 from the coast.
+constexpr double kShelfSlope = 0.02;
 
 double smooth_step(double lowest, double highest, double value) {
   const double t = std::clamp((value - lowest) / (highest - lowest), 0.0, 1.0);
@@ -42,6 +48,7 @@ Apron::Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
       step_m_(2.0 * half_size_m / kSamplesPerSide),
       hills_(seed, 0xA9B0) {
   std::vector<double> heights_m;
+  std::vector<std::uint8_t> is_sea;
   double sum_of_sea_m = 0.0;
   int num_sea = 0;
   for (int side = 0; side < 4; ++side)
@@ -51,6 +58,7 @@ Apron::Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
           {t, -half_size_m}, {half_size_m, t}, {-t, half_size_m}, {-half_size_m, -t}};
       const BorderSample sample = border(places[side].x(), places[side].y());
       heights_m.push_back(sample.height_m);
+      is_sea.push_back(sample.is_sea ? 1 : 0);
       sea_share_.push_back(sample.is_sea ? 1.0 : 0.0);
       if (!sample.is_sea) continue;
       sum_of_sea_m += sample.height_m;
@@ -58,6 +66,7 @@ Apron::Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
     }
   has_sea_ = num_sea > 0;
   if (has_sea_) sea_level_m_ = sum_of_sea_m / num_sea;
+  measure_inland(is_sea);
   heights_m_.push_back(heights_m);
   for (int j = 1; j < kNumSmoothed; ++j)
     heights_m_.push_back(smoothed(heights_m_.back(), std::size_t{1} << (j - 1)));
@@ -68,6 +77,29 @@ Apron::Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
     hill_heights_m_ = smoothed(hill_heights_m_, std::size_t{1} << j);
     if (j < 5) sea_share_ = smoothed(sea_share_, std::size_t{1} << j);
   }
+}
+
+void Apron::measure_inland(const std::vector<std::uint8_t>& is_sea) {
+  if (std::all_of(is_sea.begin(), is_sea.end(), [&](auto sea) { return sea == is_sea.front(); }))
+    return;
+  const std::size_t count = is_sea.size();
+  std::vector<int> num_steps(count, static_cast<int>(count));
+  // Twice round, so that the border's first samples know of its last ones.
+  for (const bool is_forward : {true, false})
+    for (std::size_t n = 1; n < 2 * count; ++n) {
+      const std::size_t i = is_forward ? n % count : (2 * count - n) % count;
+      const std::size_t before = is_forward ? (n - 1) % count : (2 * count - n + 1) % count;
+      num_steps[i] =
+          is_sea[i] != is_sea[before] ? 1 : std::min(num_steps[i], num_steps[before] + 1);
+    }
+  for (std::size_t i = 0; i < count; ++i)
+    inland_m_.push_back((is_sea[i] != 0 ? -1.0 : 1.0) * (num_steps[i] - 0.5) * step_m_);
+}
+
+double Apron::inland_m(double along) const {
+  constexpr double kFar_m = 1e9;
+  if (!inland_m_.empty()) return at(inland_m_, along);
+  return has_sea_ ? -kFar_m : kFar_m;
 }
 
 Eigen::Vector2d Apron::nearest_inside(double x_world, double y_world) const {
@@ -134,6 +166,14 @@ BorderSample Apron::beyond(double x_world, double y_world, double distance_m,
     depth_m += share * ((mirrored->is_sea ? mirrored->sea_depth_m : 0.0) - depth_m);
     is_sea = (mirrored->is_sea || sinking > 0.0) && above_sea_m <= 0.0;
     if (mirrored->is_sea) surface_m += share * (mirrored->height_m - sea_level_m_);
+  }
+  const double inland_m = this->inland_m(place);
+  const double from_coast_m = inland_m + kCoastSamples * step_m_;
+  if (from_coast_m > 0.0 && above_sea_m > 0.0) {
+    above_sea_m *= smooth_step(0.0, kCoastShare * distance_m, from_coast_m);
+  } else if (from_coast_m <= 0.0 && !is_sea) {
+    is_sea = true;
+    depth_m = std::min(-inland_m * kShelfSlope, kSeaDepth_m);
   }
   return {.height_m = is_sea ? surface_m : surface_m + above_sea_m,
           .is_sea = is_sea,

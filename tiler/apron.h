@@ -19,8 +19,9 @@ struct BorderSample {
 
 /// The ground beyond the square. Near the border it mirrors the square's own; farther out it passes
 /// into the border's heights carried outward, smoothed along the border the more the farther out,
-/// with hills like those of the border. Where the border is sea, so is what lies beyond; with
-/// outside = "sea" all sinks to the sea.
+/// with hills like those of the border. Beyond a place of the border that lies in the sea stands sea,
+/// out to the horizon, and never mirrored land: coasts go on away from the border. With outside = "sea"
+/// all sinks to the sea.
 ///
 /// threads   safe
 class Apron {
@@ -47,6 +48,8 @@ class Apron {
  private:
   double along(const Eigen::Vector2d& inside) const;  ///< in profile samples
   static double at(const std::vector<double>& profile, double along);
+  void measure_inland(const std::vector<std::uint8_t>& is_sea);
+  double inland_m(double along) const;
 
   double half_size_m_;
   bool sinks_to_sea_;
@@ -57,6 +60,9 @@ class Apron {
   std::vector<std::vector<double>> heights_m_;  ///< smoothed over 1, 2, 4 … samples
   std::vector<double> hill_heights_m_;
   std::vector<double> sea_share_;
+  /// Along the border, from the nearest sea; negative at sea, from the nearest land. Empty where the
+  /// border is all sea or all land.
+  std::vector<double> inland_m_;
 };
 
 }  // namespace terracast::tiler

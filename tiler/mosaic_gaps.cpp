@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "tiler/mosaic_sea.h"
+#include "tiler/mosaic_filling.h"
 #include "tiler/void_filling.h"
 
 namespace terracast::tiler {
@@ -21,16 +21,9 @@ using core::fail;
 /// A region without heights at the edge of the coverage is a void while it is smaller than this;
 /// larger, it is missing coverage.
 constexpr double kLargestEdgeVoid_km2 = 4.0;
-/// Land sinks into the sea of outside = "sea" over this distance.
-constexpr double kShore_m = 2000.0;
 
-struct Gaps {
-  Grid<std::uint8_t> is_void;
-  Grid<std::uint8_t> is_missing;
-};
-
-/// Of what no raster covers.
-struct Missing {
+/// A part of the world's square.
+struct Part {
   double area_m2 = 0.0;
   Eigen::AlignedBox2d box_deg;  ///< latitude, longitude
 };
@@ -103,22 +96,22 @@ bool is_in_square(const MosaicDraft& draft, const geo::Geodetic& place) {
          at.z() > -1e6;
 }
 
-/// What no raster covers within the square: by the samples in it, or, where the samples are so wide
-/// that none is in its uncovered part, by places of it and the samples nearest to them.
-Missing find_missing(const MosaicDraft& draft, const Grid<std::uint8_t>& is_missing) {
-  Missing missing;
-  for (int j = 0; j < is_missing.height; ++j) {
+/// The square's part that some samples stand for: by the samples in it, or, where they are so wide that
+/// none is in it, by places of the square and the samples nearest to them.
+Part part_of_square(const MosaicDraft& draft, const Grid<std::uint8_t>& is_member) {
+  Part part;
+  for (int j = 0; j < is_member.height; ++j) {
     std::vector<geo::Geodetic> places;
-    for (int i = 0; i < is_missing.width; ++i) {
-      if (is_missing(i, j) == 0) continue;
+    for (int i = 0; i < is_member.width; ++i) {
+      if (is_member(i, j) == 0) continue;
       if (places.empty()) places = draft.places_of_row(j);
       const geo::Geodetic& place = places[static_cast<std::size_t>(i)];
       if (!is_in_square(draft, place)) continue;
-      missing.area_m2 += draft.sample.area_m2;
-      missing.box_deg.extend(Eigen::Vector2d(place.lat_deg, place.lon_deg));
+      part.area_m2 += draft.sample.area_m2;
+      part.box_deg.extend(Eigen::Vector2d(place.lat_deg, place.lon_deg));
     }
   }
-  if (missing.area_m2 > 0.0) return missing;
+  if (part.area_m2 > 0.0) return part;
 
   constexpr int kProbes = 32;
   const double step_m = 2.0 * draft.half_size_m / kProbes;
@@ -132,26 +125,24 @@ Missing find_missing(const MosaicDraft& draft, const Grid<std::uint8_t>& is_miss
   for (std::size_t k = 0; k < places.size(); ++k) {
     const Eigen::Vector2i at =
         samples[k].array().round().matrix().cast<int>() - draft.mosaic.first_sample;
-    if ((at.array() < 0).any() || at.x() >= is_missing.width || at.y() >= is_missing.height ||
-        is_missing(at.x(), at.y()) == 0)
+    if ((at.array() < 0).any() || at.x() >= is_member.width || at.y() >= is_member.height ||
+        is_member(at.x(), at.y()) == 0)
       continue;
-    missing.area_m2 += step_m * step_m;
-    missing.box_deg.extend(Eigen::Vector2d(places[k].lat_deg, places[k].lon_deg));
+    part.area_m2 += step_m * step_m;
+    part.box_deg.extend(Eigen::Vector2d(places[k].lat_deg, places[k].lon_deg));
   }
-  return missing;
+  return part;
 }
 
 /// Refuses, or reports, what no raster covers within the square.
-void refuse_missing(const MosaicDraft& draft, const Grid<std::uint8_t>& is_missing) {
-  if (draft.part.is_patch) return;
-  const Missing missing = find_missing(draft, is_missing);
+void refuse_missing(const MosaicDraft& draft, const Part& missing) {
   if (missing.area_m2 == 0.0) return;
   const Eigen::AlignedBox2d& area_deg = missing.box_deg;
-  const double area_km2 = missing.area_m2 * 1e-6;
   const std::string where = fmt::format(
       "{:.4g} km2 of the world's square, between latitude {:.4f} and {:.4f}, longitude {:.4f} and "
       "{:.4f}",
-      area_km2, area_deg.min().x(), area_deg.max().x(), area_deg.min().y(), area_deg.max().y());
+      missing.area_m2 * 1e-6, area_deg.min().x(), area_deg.max().x(), area_deg.min().y(),
+      area_deg.max().y());
   if (draft.inputs.options.outside == "error")
     fail(ErrorKind::Input,
          "no raster covers {}; add one that does, make the square smaller, or say what lies there: "
@@ -161,58 +152,44 @@ void refuse_missing(const MosaicDraft& draft, const Grid<std::uint8_t>& is_missi
                                 draft.inputs.options.outside);
 }
 
+bool has_members(const Grid<std::uint8_t>& is_member) {
+  return std::any_of(is_member.values.begin(), is_member.values.end(),
+                     [](std::uint8_t member) { return member != 0; });
+}
+
+/// Names the source of samples that were filled, and says in the manifest how much that is.
+void name_source(MosaicDraft& draft, const Grid<std::uint8_t>& is_filled, const std::string& kind,
+                 const std::string& name, const Part& part) {
+  const std::uint8_t row = draft.source_row(kind, name);
+  if (part.area_m2 > 0.0)
+    draft.mosaic.sources[row].accuracy =
+        fmt::format("not measured: {:.4g} km2 of the square are filled from their surroundings",
+                    part.area_m2 * 1e-6);
+  for (std::size_t k = 0; k < is_filled.values.size(); ++k)
+    if (is_filled.values[k] != 0) draft.mosaic.source.values[k] = row;
+}
+
 }  // namespace
 
 void fill_gaps(MosaicDraft& draft) {
   const Gaps gaps = sort_gaps(draft);
-  refuse_missing(draft, gaps.is_missing);
-  Grid<std::uint8_t> is_unknown = gaps.is_void;
-  bool has_void = false;
-  bool has_missing = false;
-  for (std::size_t k = 0; k < is_unknown.values.size(); ++k) {
-    has_void = has_void || gaps.is_void.values[k] != 0;
-    has_missing = has_missing || gaps.is_missing.values[k] != 0;
-    if (gaps.is_missing.values[k] != 0) is_unknown.values[k] = 1;
-  }
+  const bool has_void = has_members(gaps.is_void);
+  const bool has_missing = has_members(gaps.is_missing);
   if (!has_void && !has_missing) return;
-  for (std::size_t k = 0; k < is_unknown.values.size(); ++k)
-    if (is_unknown.values[k] != 0) draft.mosaic.heights_m.values[k] = 0.0;
-  fill_from_surroundings(draft.mosaic.heights_m, is_unknown);
-  if (has_void) {
-    const std::uint8_t row = draft.source_row("void", "filled void");
-    for (std::size_t k = 0; k < gaps.is_void.values.size(); ++k)
-      if (gaps.is_void.values[k] != 0) draft.mosaic.source.values[k] = row;
-  }
+  Part missing;
+  if (has_missing && !draft.part.is_patch) missing = part_of_square(draft, gaps.is_missing);
+  refuse_missing(draft, missing);
+  fill_heights(draft, gaps);
+  if (has_void)
+    name_source(draft, gaps.is_void, "void", "filled void", part_of_square(draft, gaps.is_void));
   if (!has_missing) return;
-  if (draft.part.is_patch) {
-    draft.mosaic.is_missing = gaps.is_missing;
-    for (std::size_t k = 0; k < gaps.is_missing.values.size(); ++k)
-      if (gaps.is_missing.values[k] != 0) draft.mosaic.source.values[k] = 0;
+  if (!draft.part.is_patch) {
+    name_source(draft, gaps.is_missing, "extend", "extended", missing);
     return;
   }
-  const bool is_sea_wanted = draft.inputs.options.outside == "sea";
-  const std::uint8_t extended = draft.source_row("extend", "extended");
-  const std::uint8_t sea = is_sea_wanted ? draft.source_row("sea", "sea") : extended;
-  const Grid<float> distance = distance_to_others(gaps.is_missing);
-  for (int j = 0; j < gaps.is_missing.height; ++j) {
-    std::vector<geo::Geodetic> places;
-    for (int i = 0; i < gaps.is_missing.width; ++i) {
-      if (gaps.is_missing(i, j) == 0) continue;
-      const std::size_t k = gaps.is_missing.index(i, j);
-      draft.mosaic.source.values[k] = extended;
-      if (!is_sea_wanted) continue;
-      if (places.empty()) places = draft.places_of_row(j);
-      const double sea_m = sea_level_m(draft, places[static_cast<std::size_t>(i)]);
-      const double t =
-          std::min(static_cast<double>(distance(i, j)) * draft.sample.spacing_m / kShore_m, 1.0);
-      double& height_m = draft.mosaic.heights_m.values[k];
-      height_m += t * t * (3.0 - 2.0 * t) * (sea_m - height_m);
-      if (t < 1.0) continue;
-      height_m = sea_m;
-      draft.mosaic.is_sea.values[k] = 1;
-      draft.mosaic.source.values[k] = sea;
-    }
-  }
+  draft.mosaic.is_missing = gaps.is_missing;
+  for (std::size_t k = 0; k < gaps.is_missing.values.size(); ++k)
+    if (gaps.is_missing.values[k] != 0) draft.mosaic.source.values[k] = 0;
 }
 
 }  // namespace terracast::tiler

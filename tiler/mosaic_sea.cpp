@@ -48,7 +48,7 @@ void level_sea(MosaicDraft& draft, const Grid<std::uint8_t>& is_sea) {
       double& height_m = draft.mosaic.heights_m(i, j);
       const double floor_m =
           raster.entry->sea == "auto" ? 0.0 : height_m - draft.shift_m(raster.datum, place);
-      height_m = is_above_ellipsoid ? sea_level_m(draft, place) : floor_m;
+      height_m = is_above_ellipsoid ? draft.shift_m({"egm96", draft.inputs.geoid}, place) : floor_m;
       if (is_above_ellipsoid) draft.mosaic.floor_depth_m(i, j) = static_cast<float>(-floor_m);
     }
   }
@@ -81,34 +81,7 @@ void take_sunken_shore(MosaicDraft& draft) {
                                   num_taken);
 }
 
-/// Where no source holds the sea's floor it is a shelf, the deeper the farther from the shore.
-void lay_floor(MosaicDraft& draft) {
-  RasterMosaic& mosaic = draft.mosaic;
-  const Grid<float> distance = distance_to_others(mosaic.is_sea);
-  for (std::size_t k = 0; k < distance.values.size(); ++k) {
-    const bool is_measured = mosaic.floor_depth_m.values[k] > 0.0F ||
-                             (!mosaic.datum.is_ellipsoid() && mosaic.heights_m.values[k] < 0.0);
-    if (mosaic.is_sea.values[k] == 0 || is_measured) continue;
-    const double from_shore_m = static_cast<double>(distance.values[k]) * draft.sample.spacing_m;
-    mosaic.floor_depth_m.values[k] =
-        static_cast<float>(std::min(from_shore_m * kShelfSlope, kShelfDepth_m));
-    mosaic.is_shelf.values[k] = 1;
-  }
-}
-
-}  // namespace
-
-bool is_low(double height_m, const MosaicDraft::Raster& raster) {
-  if (raster.datum.is_ellipsoid()) return false;
-  const std::string& sea = raster.entry->sea;
-  return (sea == "auto" && height_m == 0.0) || (sea == "below" && height_m <= 0.0);
-}
-
-double sea_level_m(const MosaicDraft& draft, const geo::Geodetic& place) {
-  if (!draft.mosaic.datum.is_ellipsoid()) return 0.0;
-  return draft.shift_m({"egm96", draft.inputs.geoid}, place);
-}
-
+/// Takes large regions without a height, of rasters that hold the sea so, for sea.
 void take_sea_from_gaps(MosaicDraft& draft) {
   Grid<std::uint8_t> is_gap(draft.mosaic.heights_m.width, draft.mosaic.heights_m.height, 0);
   bool has_gap = false;
@@ -124,19 +97,37 @@ void take_sea_from_gaps(MosaicDraft& draft) {
   const Grid<std::uint8_t> is_sea = large_regions(draft, is_gap);
   const std::uint8_t row_of_sea = draft.source_row("sea", "sea");
   for (int j = 0; j < is_sea.height; ++j) {
-    std::vector<geo::Geodetic> places;
+    std::vector<double> levels_m;
     for (int i = 0; i < is_sea.width; ++i) {
       if (is_sea(i, j) == 0) continue;
-      if (places.empty()) places = draft.places_of_row(j);
-      draft.mosaic.heights_m(i, j) = sea_level_m(draft, places[static_cast<std::size_t>(i)]);
+      if (levels_m.empty()) levels_m = sea_levels_of_row_m(draft, j);
+      draft.mosaic.heights_m(i, j) = levels_m[static_cast<std::size_t>(i)];
       draft.mosaic.source(i, j) = row_of_sea;
       draft.mosaic.is_sea(i, j) = 1;
     }
   }
 }
 
+}  // namespace
+
+bool is_low(double height_m, const MosaicDraft::Raster& raster) {
+  if (raster.datum.is_ellipsoid()) return false;
+  const std::string& sea = raster.entry->sea;
+  return (sea == "auto" && height_m == 0.0) || (sea == "below" && height_m <= 0.0);
+}
+
+std::vector<double> sea_levels_of_row_m(const MosaicDraft& draft, int row) {
+  std::vector<double> levels_m(static_cast<std::size_t>(draft.mosaic.heights_m.width), 0.0);
+  if (!draft.mosaic.datum.is_ellipsoid()) return levels_m;
+  const std::vector<geo::Geodetic> places = draft.places_of_row(row);
+  for (std::size_t i = 0; i < levels_m.size(); ++i)
+    levels_m[i] = draft.shift_m({"egm96", draft.inputs.geoid}, places[i]);
+  return levels_m;
+}
+
 void find_sea(MosaicDraft& draft) {
   RasterMosaic& mosaic = draft.mosaic;
+  take_sea_from_gaps(draft);
   const Grid<std::uint8_t> is_low_sea = large_regions(draft, draft.is_low);
   for (std::size_t k = 0; k < is_low_sea.values.size(); ++k) {
     if (is_low_sea.values[k] != 0) mosaic.is_sea.values[k] = 1;
@@ -144,10 +135,33 @@ void find_sea(MosaicDraft& draft) {
   }
   if (!mosaic.has_sea) return;
   mosaic.floor_depth_m = Grid<float>(is_low_sea.width, is_low_sea.height, 0.0F);
-  mosaic.is_shelf = Grid<std::uint8_t>(is_low_sea.width, is_low_sea.height, 0);
   level_sea(draft, is_low_sea);
   if (!mosaic.datum.is_ellipsoid()) take_sunken_shore(draft);
-  lay_floor(draft);
+}
+
+void lay_floor(MosaicDraft& draft) {
+  RasterMosaic& mosaic = draft.mosaic;
+  mosaic.has_sea = std::find(mosaic.is_sea.values.begin(), mosaic.is_sea.values.end(), 1) !=
+                   mosaic.is_sea.values.end();
+  if (!mosaic.has_sea) return;
+  if (mosaic.floor_depth_m.values.empty())
+    mosaic.floor_depth_m = Grid<float>(mosaic.is_sea.width, mosaic.is_sea.height, 0.0F);
+  mosaic.is_shelf = Grid<std::uint8_t>(mosaic.is_sea.width, mosaic.is_sea.height, 0);
+  const Grid<float> from_land_m = distance_to_others(mosaic.is_sea, mosaic.sample_size_m);
+  for (std::size_t k = 0; k < from_land_m.values.size(); ++k) {
+    const bool is_measured = mosaic.floor_depth_m.values[k] > 0.0F ||
+                             (!mosaic.datum.is_ellipsoid() && mosaic.heights_m.values[k] < 0.0);
+    if (mosaic.is_sea.values[k] == 0 || is_measured) continue;
+    mosaic.is_shelf.values[k] = 1;
+    // The shore lies between the samples.
+    const double from_shore_m =
+        static_cast<double>(from_land_m.values[k]) - 0.5 * mosaic.sample_size_m.minCoeff();
+    const double depth_m = std::min(from_shore_m * kShelfSlope, kShelfDepth_m);
+    if (mosaic.datum.is_ellipsoid())
+      mosaic.floor_depth_m.values[k] = static_cast<float>(depth_m);
+    else
+      mosaic.heights_m.values[k] = -depth_m;
+  }
 }
 
 }  // namespace terracast::tiler

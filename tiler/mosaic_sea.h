@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "tiler/mosaic_draft.h"
 
 namespace terracast::tiler {
@@ -8,16 +10,16 @@ namespace terracast::tiler {
 /// a geoid, "below" as all that lies at 0 and below.
 bool is_low(double height_m, const MosaicDraft::Raster& raster);
 
-/// Of the sea's surface above the mosaic's datum: 0 above a geoid, EGM96's undulation above the
-/// ellipsoid.
-double sea_level_m(const MosaicDraft& draft, const geo::Geodetic& place);
+/// Height of the sea's surface above the mosaic's datum at each sample of a row: 0 above a geoid, EGM96's
+/// undulation above the ellipsoid.
+std::vector<double> sea_levels_of_row_m(const MosaicDraft& draft, int row);
 
-/// Large regions without a height, of rasters that hold the sea so, become sea. Before gaps are
-/// filled.
-void take_sea_from_gaps(MosaicDraft& draft);
-
-/// Large regions of samples that are low become sea, at one level whatever geoids their rasters
-/// stand on. Measured floors keep their depth below it; others get a shelf.
+/// Finds the sea that rasters hold: large regions of samples that are low, or that have no height where
+/// sea = "nodata". It has one level whatever geoids its rasters stand on; measured floors keep their depth
+/// below it. Before gaps are filled.
 void find_sea(MosaicDraft& draft);
+
+/// Lays a shelf where no source knows the sea's floor. After gaps are filled.
+void lay_floor(MosaicDraft& draft);
 
 }  // namespace terracast::tiler

@@ -30,6 +30,12 @@ constexpr Colour kWhite = {255, 255, 255};
 constexpr Colour kPathColours[] = {{214, 39, 40},  {31, 119, 180}, {148, 20, 160},
                                    {255, 127, 14}, {23, 150, 150}, {120, 70, 20}};
 
+constexpr Colour kHatch = {150, 70, 60};
+constexpr int kHatchPeriod_px = 10;
+
+/// Whether a pixel lies on a line of the hatch, at 45 degrees.
+bool is_hatched(int x_px, int y_px) { return (x_px + y_px) % kHatchPeriod_px == 0; }
+
 /// Part of the square that is shown beyond it, on each side.
 constexpr double kMargin = 0.03;
 
@@ -135,6 +141,7 @@ class LevelSampler {
     double z_world = 0.0;
     double spacing_m = 0.0;  ///< of the samples
     world::Cover cover = world::Cover::Land;
+    std::uint8_t source = 0;  ///< row of the manifest's sources
     bool is_known = false;
   };
 
@@ -153,7 +160,8 @@ class LevelSampler {
       const double north =
           tile.z_world(i, j + 1) + tx * (tile.z_world(i + 1, j + 1) - tile.z_world(i, j + 1));
       const std::size_t nearest = Tile::sample(tx < 0.5 ? i : i + 1, ty < 0.5 ? j : j + 1);
-      return {south + ty * (north - south), tile.id.spacing_m(), tile.cover[nearest], true};
+      return {south + ty * (north - south), tile.id.spacing_m(), tile.cover[nearest],
+              tile.source[nearest], true};
     }
     return {};
   }
@@ -261,6 +269,35 @@ HeightRange draw_relief(const TileStore& store, const LevelSampler& sampler, con
   return range;
 }
 
+/// Rows of the sources that fill what nobody measured.
+std::vector<std::uint8_t> rows_of_filled(const world::WorldManifest& manifest) {
+  std::vector<std::uint8_t> rows;
+  for (std::size_t row = 0; row < manifest.sources.size(); ++row)
+    if (manifest.sources[row].kind == "void" || manifest.sources[row].kind == "extend")
+      rows.push_back(static_cast<std::uint8_t>(row));
+  return rows;
+}
+
+/// Hatches what was filled inside the square.
+/// returns   whether there is any
+bool hatch_filled(const TileStore& store, const LevelSampler& sampler, const MapFrame& map,
+                  Canvas& canvas) {
+  const std::vector<std::uint8_t> filled = rows_of_filled(store.manifest());
+  const double half_m = 0.5 * store.manifest().size_m;
+  bool has_filled = false;
+  for (int j = 0; j < map.height_px; ++j)
+    for (int i = 0; i < map.width_px; ++i) {
+      const Eigen::Vector2d at = map.world(i + 0.5, j + 0.5);
+      if (at.cwiseAbs().maxCoeff() > half_m) continue;
+      const LevelSampler::Value here = sampler.at(at.x(), at.y());
+      if (!here.is_known || std::find(filled.begin(), filled.end(), here.source) == filled.end())
+        continue;
+      has_filled = true;
+      if (is_hatched(i, j)) canvas.fill(i, j, 1, 1, kHatch);
+    }
+  return has_filled;
+}
+
 /// Ways as lines, the widest last, and a dot for each building or other shape of its own, in the
 /// colours of their classes. Crops, trees and small things are left to the covers.
 void draw_settlements(const LevelSampler& sampler, const MapFrame& map, Canvas& canvas) {
@@ -307,7 +344,7 @@ void draw_paths(const std::vector<PreviewPath>& paths, const MapFrame& map, Canv
 }
 
 void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, const MapFrame& map,
-                 const HeightRange& range, core::Image8& image) {
+                 const HeightRange& range, bool has_filled, core::Image8& image) {
   Canvas canvas(image);
   const int side_px = map.width_px;
   const int strip_px = image.height() - side_px;
@@ -339,6 +376,13 @@ void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, 
                          24 * scale;
   int x = names_left;
   int y = top;
+  if (has_filled) {
+    for (int j = 0; j < 7 * scale; ++j)
+      for (int i = 0; i < 10 * scale; ++i)
+        if (is_hatched(x + i, y + j)) canvas.fill(x + i, y + j, 1, 1, kHatch);
+    canvas.text(x + 14 * scale, y, "filled, not measured", scale, kInk);
+    y += line_px;
+  }
   for (std::size_t k = 0; k < paths.size(); ++k) {
     const int width = Canvas::text_width_px(paths[k].name, scale) + 24 * scale;
     if (x + width > image.width() && x > names_left) {
@@ -393,6 +437,7 @@ core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPat
   canvas.fill(0, map.height_px, map.width_px, strip_px, kPaper);
   const LevelSampler sampler(store, map.area_world(), map.metres_per_px());
   const HeightRange range = draw_relief(store, sampler, map, image);
+  const bool has_filled = hatch_filled(store, sampler, map, canvas);
   draw_settlements(sampler, map, canvas);
   const double half_m = store.manifest().size_m / 2.0;
   const Eigen::Vector2d low = map.pixel(-half_m, -half_m);
@@ -400,7 +445,7 @@ core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPat
   canvas.polyline({low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}, 1.2, kInk);
   draw_paths(paths, map, canvas, std::max(map.width_px / 450.0, 1.5));
   draw_north_arrow(map, canvas);
-  draw_legend(store, paths, map, range, image);
+  draw_legend(store, paths, map, range, has_filled, image);
   return image;
 }
 

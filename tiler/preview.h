@@ -18,8 +18,7 @@ struct PreviewPath {
 };
 
 /// A map of the world's square, north up: hypsometric tints under a hillshade, sea, roads and buildings,
-/// contour of the
-/// square, the paths with start marks, a scale bar, north arrow and legend.
+/// hatches over what was filled and not measured, contour of the square, the paths with start marks, a scale bar, north arrow and legend.
 /// size_px   of the longer side
 /// throws    Config: size_px out of 64 to 16384; Input, Io: tiles that cannot be loaded
 core::Image8 render_preview(const world::TileStore& store, const std::vector<PreviewPath>& paths,

@@ -286,9 +286,9 @@ RasterMosaic make_mosaic(const ElevationInputs& inputs, const MosaicPart& part) 
   open_rasters(draft);
   choose_grid(draft);
   for (std::size_t index = 0; index < draft.rasters.size(); ++index) add(draft, index);
-  take_sea_from_gaps(draft);
-  fill_gaps(draft);
   find_sea(draft);
+  fill_gaps(draft);
+  lay_floor(draft);
   draft.mosaic.input_hash = hash_of(draft);
   draft.mosaic.first = std::move(draft.rasters.front().source);
   return std::move(draft.mosaic);

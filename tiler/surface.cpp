@@ -27,7 +27,7 @@ using world::Cover;
 using world::kTileSamples;
 
 /// Raised when the same inputs give another surface.
-constexpr int kSurfaceVersion = 5;
+constexpr int kSurfaceVersion = 6;
 
 /// The finest level that tiles may have (DetailOptions::finest_spacing_m goes down to 2^-3 m).
 constexpr int kFinestLevel = -3;

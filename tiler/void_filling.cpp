@@ -1,6 +1,8 @@
 #include "tiler/void_filling.h"
 
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.h"
 
@@ -76,6 +78,42 @@ void solve(Grid<double>& heights_m, const Grid<std::uint8_t>& is_unknown) {
   relax(heights_m, unknown, kSweepsPerLevel);
 }
 
+/// Replaces a line's values f(q) by the least of f(q) + (step (p - q))^2 over all q.
+void take_lower_envelope(std::vector<double>& f, double step) {
+  const double step2 = step * step;
+  const int n = static_cast<int>(f.size());
+  std::vector<int> v(f.size(), 0);
+  std::vector<double> z(f.size() + 1);
+  int k = 0;
+  z[0] = -kNoStart_m2;
+  z[1] = kNoStart_m2;
+  const auto at = [&](int q) { return f[static_cast<std::size_t>(q)]; };
+  const auto meet = [&](int q, int p) {
+    return ((at(q) + step2 * static_cast<double>(q) * q) -
+            (at(p) + step2 * static_cast<double>(p) * p)) /
+           (2.0 * step2 * (q - p));
+  };
+  for (int q = 1; q < n; ++q) {
+    double s = meet(q, v[static_cast<std::size_t>(k)]);
+    while (k > 0 && s <= z[static_cast<std::size_t>(k)]) {
+      --k;
+      s = meet(q, v[static_cast<std::size_t>(k)]);
+    }
+    ++k;
+    v[static_cast<std::size_t>(k)] = q;
+    z[static_cast<std::size_t>(k)] = s;
+    z[static_cast<std::size_t>(k) + 1] = kNoStart_m2;
+  }
+  std::vector<double> d(f.size());
+  k = 0;
+  for (int q = 0; q < n; ++q) {
+    while (z[static_cast<std::size_t>(k) + 1] < q) ++k;
+    const double dq = q - v[static_cast<std::size_t>(k)];
+    d[static_cast<std::size_t>(q)] = step2 * dq * dq + at(v[static_cast<std::size_t>(k)]);
+  }
+  f = d;
+}
+
 }  // namespace
 
 Regions find_regions(const Grid<std::uint8_t>& is_member) {
@@ -137,63 +175,33 @@ void fill_from_surroundings(Grid<double>& heights_m, const Grid<std::uint8_t>& i
   relax(heights_m, unknown, kSweepsPerLevel / 2);
 }
 
+Grid<double> least_squared_distance(Grid<double> start_m2, const Eigen::Vector2d& sample_size) {
+  // The lower envelope of parabolas, along columns, then rows.
+  Grid<double>& least_m2 = start_m2;
+  std::vector<double> line(static_cast<std::size_t>(least_m2.height));
+  for (int i = 0; i < least_m2.width; ++i) {
+    for (int j = 0; j < least_m2.height; ++j) line[static_cast<std::size_t>(j)] = least_m2(i, j);
+    take_lower_envelope(line, sample_size.y());
+    for (int j = 0; j < least_m2.height; ++j) least_m2(i, j) = line[static_cast<std::size_t>(j)];
+  }
+  line.resize(static_cast<std::size_t>(least_m2.width));
+  for (int j = 0; j < least_m2.height; ++j) {
+    for (int i = 0; i < least_m2.width; ++i) line[static_cast<std::size_t>(i)] = least_m2(i, j);
+    take_lower_envelope(line, sample_size.x());
+    for (int i = 0; i < least_m2.width; ++i) least_m2(i, j) = line[static_cast<std::size_t>(i)];
+  }
+  return start_m2;
+}
+
 Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member,
                                const Eigen::Vector2d& sample_size) {
-  // Felzenszwalb and Huttenlocher (2012): the lower envelope of parabolas, along columns, then
-  // rows.
-  constexpr double kFar = 1e12;  // more than any square of a distance
-  Grid<double> squared(is_member.width, is_member.height, 0.0);
-  for (std::size_t k = 0; k < squared.values.size(); ++k)
-    squared.values[k] = is_member.values[k] != 0 ? kFar : 0.0;
-  const auto pass = [](std::vector<double>& f, double step) {
-    const double step2 = step * step;
-    const int n = static_cast<int>(f.size());
-    std::vector<int> v(f.size(), 0);
-    std::vector<double> z(f.size() + 1);
-    int k = 0;
-    z[0] = -kFar;
-    z[1] = kFar;
-    const auto at = [&](int q) { return f[static_cast<std::size_t>(q)]; };
-    const auto meet = [&](int q, int p) {
-      return ((at(q) + step2 * static_cast<double>(q) * q) -
-              (at(p) + step2 * static_cast<double>(p) * p)) /
-             (2.0 * step2 * (q - p));
-    };
-    for (int q = 1; q < n; ++q) {
-      double s = meet(q, v[static_cast<std::size_t>(k)]);
-      while (k > 0 && s <= z[static_cast<std::size_t>(k)]) {
-        --k;
-        s = meet(q, v[static_cast<std::size_t>(k)]);
-      }
-      ++k;
-      v[static_cast<std::size_t>(k)] = q;
-      z[static_cast<std::size_t>(k)] = s;
-      z[static_cast<std::size_t>(k) + 1] = kFar;
-    }
-    std::vector<double> d(f.size());
-    k = 0;
-    for (int q = 0; q < n; ++q) {
-      while (z[static_cast<std::size_t>(k) + 1] < q) ++k;
-      const double dq = q - v[static_cast<std::size_t>(k)];
-      d[static_cast<std::size_t>(q)] = step2 * dq * dq + at(v[static_cast<std::size_t>(k)]);
-    }
-    f = d;
-  };
-  std::vector<double> line;
-  for (int i = 0; i < squared.width; ++i) {
-    line.resize(static_cast<std::size_t>(squared.height));
-    for (int j = 0; j < squared.height; ++j) line[static_cast<std::size_t>(j)] = squared(i, j);
-    pass(line, sample_size.y());
-    for (int j = 0; j < squared.height; ++j) squared(i, j) = line[static_cast<std::size_t>(j)];
-  }
+  Grid<double> start_m2(is_member.width, is_member.height, 0.0);
+  for (std::size_t k = 0; k < start_m2.values.size(); ++k)
+    if (is_member.values[k] != 0) start_m2.values[k] = kNoStart_m2;
+  const Grid<double> squared = least_squared_distance(std::move(start_m2), sample_size);
   Grid<float> distance(is_member.width, is_member.height);
-  for (int j = 0; j < squared.height; ++j) {
-    line.resize(static_cast<std::size_t>(squared.width));
-    for (int i = 0; i < squared.width; ++i) line[static_cast<std::size_t>(i)] = squared(i, j);
-    pass(line, sample_size.x());
-    for (int i = 0; i < squared.width; ++i)
-      distance(i, j) = static_cast<float>(std::sqrt(line[static_cast<std::size_t>(i)]));
-  }
+  for (std::size_t k = 0; k < squared.values.size(); ++k)
+    distance.values[k] = static_cast<float>(std::sqrt(squared.values[k]));
   return distance;
 }
 

@@ -25,6 +25,15 @@ Regions find_regions(const Grid<std::uint8_t>& is_member);
 /// cost         about 1 us an unknown sample
 void fill_from_surroundings(Grid<double>& heights_m, const Grid<std::uint8_t>& is_unknown);
 
+/// A start that no sample is reached from.
+inline constexpr double kNoStart_m2 = 1e12;
+
+/// The least sum, over all samples, of a sample's start and its squared distance: exact (Felzenszwalb
+/// and Huttenlocher 2012). Starts of 0 give squared distances to their samples; a start of -r^2 makes
+/// the sum negative within r of its sample.
+/// sample_size   of a step along a row and along a column, m
+Grid<double> least_squared_distance(Grid<double> start_m2, const Eigen::Vector2d& sample_size);
+
 /// Euclidean distance to the nearest sample that is no member; 0 for those.
 /// sample_size   of a step along a row and along a column
 Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member,

@@ -296,5 +296,31 @@ TEST(Preview, DrawsLandSeaPathsAndTellsTheWorld) {
   EXPECT_NO_THROW(tiler::render_preview(TileStore::open(folder.path()), {path}, 400));
 }
 
+TEST(Preview, HatchesWhatWasFilled) {
+  const ScratchFolder folder;
+  RasterSpec spec = utm_spec(8192.0, 60.0);
+  spec.width /= 2;
+  spec.value = [](double u, double) { return 500.0 + 1e-3 * u; };
+  write_raster(folder / "half.tif", spec);
+  tiler::WorldOptions options = world_of_rasters({folder / "half.tif"}, 8192.0);
+  options.outside = "extend";
+  const auto surface = prepare(options);
+  const TileStore store = run(*surface, plan_over(*surface, 0.0, 0.0), folder / "world");
+  const core::Image8 map = tiler::render_preview(store, {}, 400);
+  const auto share_hatched = [&](double first, double last) {
+    const int side_px = map.width();
+    int num_hatched = 0, num_pixels = 0;
+    for (int y = side_px / 5; y < side_px * 4 / 5; ++y)
+      for (int x = static_cast<int>(first * side_px); x < static_cast<int>(last * side_px); ++x) {
+        ++num_pixels;
+        num_hatched += map(x, y, 0) == 150 && map(x, y, 1) == 70 && map(x, y, 2) == 60 ? 1 : 0;
+      }
+    return static_cast<double>(num_hatched) / num_pixels;
+  };
+  EXPECT_EQ(share_hatched(0.06, 0.48), 0.0);
+  EXPECT_NEAR(share_hatched(0.52, 0.94), 0.1, 0.005);
+  EXPECT_NE(tiler::describe_world(store).find("filled from their surroundings"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace terracast::test
