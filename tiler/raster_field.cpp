@@ -5,14 +5,18 @@
 #include <utility>
 
 #include "tiler/known_rasters.h"
+#include "tiler/shoreline.h"
 
 namespace terracast::tiler {
 namespace {
 
 class RasterField : public HeightField, public KnownRasters {
  public:
-  explicit RasterField(RasterMosaic mosaic)
-      : mosaic_(std::move(mosaic)), has_shore_(mosaic_.has_sea && !mosaic_.datum.is_ellipsoid()) {
+  explicit RasterField(RasterMosaic mosaic) : mosaic_(std::move(mosaic)) {
+    for (const world::SourceInfo& source : mosaic_.sources)
+      is_filled_.push_back(source.kind == "void" || source.kind == "extend" ? 1 : 0);
+    if (mosaic_.has_sea && !mosaic_.datum.is_ellipsoid())
+      shoreline_ = Shoreline(mosaic_.is_sea, mosaic_.is_shelf);
     const auto [lowest, highest] =
         std::minmax_element(mosaic_.heights_m.values.begin(), mosaic_.heights_m.values.end());
     // The spline overshoots its samples by less than an eighth of their range.
@@ -29,8 +33,7 @@ class RasterField : public HeightField, public KnownRasters {
   }
 
   double height_m(const Eigen::Vector2d& map) const override {
-    const double smooth_m = bicubic(mosaic_.heights_m, map);
-    return has_shore_ ? std::min(smooth_m, kShoreRise * land_m(map)) : smooth_m;
+    return shoreline_.height_m(mosaic_.heights_m, map);
   }
 
   FieldFacts facts(const Eigen::Vector2d& map) const override {
@@ -52,7 +55,8 @@ class RasterField : public HeightField, public KnownRasters {
     }
     if (!facts.sea_height_m) return facts;
     facts.floor_depth_m = bilinear(mosaic_.floor_depth_m, map);
-    facts.is_shelf = mosaic_.is_shelf.clamped(nearest_i, nearest_j) != 0;
+    facts.is_shelf =
+        mosaic_.is_shelf.clamped(nearest_i, nearest_j) != 0 && is_filled_[facts.source] == 0;
     return facts;
   }
 
@@ -68,26 +72,9 @@ class RasterField : public HeightField, public KnownRasters {
   std::string input_hash() const override { return mosaic_.input_hash; }
 
  private:
-  /// Splines swing above 0 between samples of the sea beside steep or sunken ones: bars of sand. No
-  /// place is so many times higher than the land between its four samples.
-  static constexpr double kShoreRise = 4.0;
-
-  /// Heights above 0, bilinear.
-  double land_m(const Eigen::Vector2d& map) const {
-    const int i = static_cast<int>(std::floor(map.x()));
-    const int j = static_cast<int>(std::floor(map.y()));
-    const double tx = map.x() - i;
-    const double ty = map.y() - j;
-    const auto land = [&](int di, int dj) {
-      return std::max(mosaic_.heights_m.clamped(i + di, j + dj), 0.0);
-    };
-    const double first = land(0, 0) + tx * (land(1, 0) - land(0, 0));
-    const double second = land(0, 1) + tx * (land(1, 1) - land(0, 1));
-    return first + ty * (second - first);
-  }
-
   const RasterMosaic mosaic_;
-  const bool has_shore_;  ///< the sea's surface is 0
+  Shoreline shoreline_;  ///< none above the ellipsoid, where the sea's surface is not 0
+  std::vector<std::uint8_t> is_filled_;  ///< rows of sources; filled sea is theirs, no shelf
   double lowest_m_ = 0.0;
   double highest_m_ = 0.0;
 };
