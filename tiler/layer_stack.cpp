@@ -253,7 +253,8 @@ double lift_share(const Eigen::Vector2d& place_world, double half_size_m) {
 }
 
 LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context)
-    : half_size_m_(surface.options().size_m / 2.0) {
+    : half_size_m_(surface.options().size_m / 2.0),
+      dryness_(Dryness::of(surface.options(), surface.frame())) {
   const WorldOptions& options = surface.options();
   InstanceIds ids;
   const auto inputs_of = [&](const LayerOptions& layer,
@@ -374,17 +375,24 @@ world::CoverRows LayerStack::cover_rows() const {
   };
 }
 
+bool LayerStack::has_cover_raster() const {
+  return std::any_of(infos_.begin(), infos_.end(), [](const world::LayerInfo& layer) {
+    return layer.kind == "land_cover" && layer.source != "derived";
+  });
+}
+
 std::string LayerStack::input_hash() const {
   std::string all;
   for (std::size_t i = 0; i < layers_.size(); ++i)
     all += fmt::format("{} {} {} {} {}\n", infos_[i].kind, infos_[i].name, infos_[i].licence,
                        infos_[i].accuracy, layers_[i]->input_hash());
+  if (dryness_) all += dryness_->content_hash();
   all += core::plugin_marks(all);
   return core::content_hash(all);
 }
 
 bool LayerStack::is_layered(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const {
-  return !layers_.empty() && place_world.cwiseAbs().maxCoeff() < half_size_m_ &&
+  return (!layers_.empty() || dryness_) && place_world.cwiseAbs().maxCoeff() < half_size_m_ &&
          sample.cover == world::Cover::Land;
 }
 
@@ -407,13 +415,17 @@ std::optional<LayerStack::Told> LayerStack::told(const Eigen::Vector2d& place_wo
 }
 
 SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const {
+  // Beyond the square no cover is told; what is drawn there follows the moisture.
+  if (dryness_ && sample.cover == world::Cover::Outside)
+    sample.moisture =
+        static_cast<std::uint8_t>(std::lround(sample.moisture * dryness_->growth(place_world)));
   if (!is_layered(place_world, sample)) return sample;
   const std::optional<Told> told = this->told(place_world, sample);
   const bool has_water = told && is_water(told->cover);
   const double depth_m =
       has_water ? told->by->water_depth_m(place_world, sample).value_or(kUnknownDepth_m) : 0.0;
   sample.z_world = shaped_z_world(place_world, sample);
-  if (told) sample.cover = told->cover;
+  sample.cover = told ? told->cover : untold_cover(place_world, sample);
   sample.water_depth_m = depth_m;
   return sample;
 }
@@ -430,7 +442,13 @@ world::Cover LayerStack::shaped_cover(const Eigen::Vector2d& place_world,
                                       const SurfaceSample& sample) const {
   if (!is_layered(place_world, sample)) return sample.cover;
   const std::optional<Told> told = this->told(place_world, sample);
-  return told ? told->cover : sample.cover;
+  return told ? told->cover : untold_cover(place_world, sample);
+}
+
+world::Cover LayerStack::untold_cover(const Eigen::Vector2d& place_world,
+                                      const SurfaceSample& sample) const {
+  if (!dryness_) return sample.cover;
+  return dryness_->cover(place_world, sample.moisture / 255.0).value_or(sample.cover);
 }
 
 bool LayerStack::is_shaped_water(const Eigen::Vector2d& place_world,
@@ -515,8 +533,11 @@ std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldS
                                                     const core::Context& context) {
   const core::ThreadLimit limit(context.num_threads);
   surface->complete();
-  if (surface->options().layers.empty()) return surface;
-  LayerStack layers(*surface, context);
+  const WorldOptions& options = surface->options();
+  const bool has_layers = !options.layers.empty() || options.states_aridity();
+  LayerStack layers = has_layers ? LayerStack(*surface, context) : LayerStack(options.size_m, {});
+  context.log.info("{}: {}", options.name, climate_in_words(options, layers.has_cover_raster()));
+  if (!has_layers) return surface;
   return layered_surface(std::move(surface), std::move(layers));
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "tiler/dryness.h"
 #include "tiler/layer.h"
 #include "tiler/surface.h"
 #include "world/raster_info.h"
@@ -16,7 +17,7 @@ namespace terracast::tiler {
 /// hundred metres to 0 at its border and beyond.
 double lift_share(const Eigen::Vector2d& place_world, double half_size_m);
 
-/// The layers of a world together. Threads: safe.
+/// The layers of a world together, and what covers dry land where they say nothing. Threads: safe.
 class LayerStack {
  public:
   /// No layer.
@@ -30,6 +31,8 @@ class LayerStack {
   LayerStack(double size_m, std::vector<std::unique_ptr<Layer>> layers);
 
   bool is_empty() const { return layers_.empty(); }
+  /// Whether a layer says from a raster what covers the ground.
+  bool has_cover_raster() const;
   const std::vector<world::LayerInfo>& infos() const { return infos_; }
   /// Of all layers; Instance::prototype of a tile's objects counts these.
   const std::vector<world::Prototype>& prototypes() const { return prototypes_; }
@@ -76,6 +79,9 @@ class LayerStack {
   bool is_layered(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
   std::optional<Told> told(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
 
+  /// What covers a place of which no layer tells.
+  world::Cover untold_cover(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
+
   const WorldSurface* bare_ = nullptr;  ///< the ground without them, once they lie on one
   std::vector<std::unique_ptr<Layer>> layers_;
   std::vector<std::uint8_t> may_tell_of_water_;  ///< each layer
@@ -89,12 +95,14 @@ class LayerStack {
   std::vector<world::Volume> volumes_;
   std::vector<world::VolumePlace> volume_places_;
   double half_size_m_ = 0.0;
+  std::shared_ptr<const Dryness> dryness_;  ///< null: the land is humid
 };
 
 /// A surface and layers as one.
 std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     LayerStack layers);
-/// A surface and its own layers as one; itself where its options name no layer.
+/// A surface and its own layers as one; itself where its options name no layer and no aridity. Logs how dry
+/// the land is taken to be.
 std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     const core::Context& context);
 

@@ -125,6 +125,11 @@ void WorldOptions::validate() const {
     fail(ErrorKind::Config,
          "the world has no source of heights; add [[world.elevation]] with its kind (raster, "
          "procedural, …)");
+  if (aridity_index >= 0.0 && !aridity_raster.empty())
+    fail(ErrorKind::Config,
+         "aridity_index = {} and aridity_raster = \"{}\" both say how dry the land is; leave one "
+         "out",
+         aridity_index, aridity_raster.written);
   for (std::size_t i = 0; i < elevation.size(); ++i) {
     validate_entry(elevation[i], i);
     validate_rise(elevation[i], i, size_m);

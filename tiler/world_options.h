@@ -119,6 +119,8 @@ struct WorldOptions {
   std::string outside = "error";
   double outside_blend_m = 4000.0;  ///< over which measured land passes into procedural land
   double detail_roughness = 1.0;    ///< scales synthetic detail below the source's spacing; 0: none
+  double aridity_index = -1.0;      ///< of all the land; below 0: not stated
+  core::Path aridity_raster;        ///< of the land; empty: none
   std::vector<ElevationOptions> elevation;
   std::vector<LayerOptions> layers;  ///< `[[layer]]`
 
@@ -146,12 +148,22 @@ struct WorldOptions {
     visit.key("detail_roughness", detail_roughness,
               "Scales the synthetic detail below the sources' spacing; 0: none.",
               core::between(0.0, 4.0));
+    visit.key("aridity_index", aridity_index,
+              "How dry the land is: a year's precipitation over its potential evapotranspiration. "
+              "Below 0.03 hyper-arid, 0.2 arid, 0.5 semi-arid; above 0.65 humid. Below 0: not "
+              "stated, and taken as humid.",
+              core::between(-1.0, 20.0));
+    visit.key("aridity_raster", aridity_raster,
+              "A raster of aridity indices instead (one that holds 10000 times the index declares "
+              "its scale).");
     visit.list("elevation", elevation, "Sources of heights, in order of priority.");
     visit.list("layer", layers,
                "What stands on the ground or covers it, each from a source or from the seed.");
   }
+  /// Whether it says how dry its land is.
+  bool states_aridity() const { return aridity_index >= 0.0 || !aridity_raster.empty(); }
   /// throws   Config: no source, a raster without files or datum, sources in an order that leaves
-  ///          one unasked, a shape that rises too far over the square
+  ///          one unasked, a shape that rises too far over the square, aridity stated twice
   void validate() const;
 };
 

@@ -42,7 +42,7 @@ double by_lot_m(int i, int j) {
 }
 
 TEST(Shoreline, OfAStraightCoastIsNearlyStraight) {
-  // The sides of cells, turned by any angle, stray by 0.3 to 0.4 of a sample (RMS).
+  // The sides of cells, turned by any angle, stray by 0.27 of a sample (RMS).
   double sum_of_rms = 0.0;
   constexpr int kNumCoasts = 40;
   for (int k = 0; k < kNumCoasts; ++k) {
@@ -72,10 +72,10 @@ TEST(Shoreline, OfAStraightCoastIsNearlyStraight) {
     }
     sum_of_rms += std::sqrt(sum_of_squares / count - std::pow(sum / count, 2.0)) / kNumCoasts;
   }
-  EXPECT_LT(sum_of_rms, 0.14);
+  EXPECT_LT(sum_of_rms, 0.16);
 }
 
-TEST(Shoreline, ParsSamplesOfLandFromThoseOfSea) {
+TEST(Shoreline, PartsSamplesOfLandFromThoseOfSea) {
   // No islet is lost, no channel is filled, and all heights are there.
   const Coast coast(by_lot_m);
   for (int j = 2; j < kSide - 2; ++j)

@@ -53,48 +53,14 @@ float crest_fall(const Grid<float>& heights_m, int i, int j, double spacing_m) {
 
 }  // namespace
 
-DerivedCover::EvenNoise::EvenNoise(std::uint64_t seed, std::uint64_t stream, double period_m,
-                                   int num_octaves)
-    : noise_(seed, stream), period_m_(period_m), num_octaves_(num_octaves) {
-  constexpr int kNumPlaces = 8192;
-  for (int i = 0; i < kNumPlaces; ++i)  // R2 low-discrepancy sequence (Roberts 2018)
-    sorted_.push_back(value(1000.0 * period_m *
-                            Eigen::Vector2d(std::fmod(0.7548776662466927 * i, 1.0),
-                                            std::fmod(0.5698402909980532 * i, 1.0))));
-  std::sort(sorted_.begin(), sorted_.end());
-  starts_.assign(kNumBuckets + 1, sorted_.size());
-  for (std::size_t i = sorted_.size(); i-- > 0;) starts_[bucket(sorted_[i])] = i;
-  for (std::size_t b = kNumBuckets; b-- > 0;) starts_[b] = std::min(starts_[b], starts_[b + 1]);
-}
-
-std::size_t DerivedCover::EvenNoise::bucket(double value) const {
-  const double share = (value - sorted_.front()) / (sorted_.back() - sorted_.front());
-  return static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * (kNumBuckets - 1));
-}
-
-double DerivedCover::EvenNoise::value(const Eigen::Vector2d& place_world) const {
-  const Eigen::Vector2d at = place_world / period_m_;
-  return fractal_noise(noise_, at.x(), at.y(), num_octaves_, 0.55);
-}
-
-double DerivedCover::EvenNoise::operator()(const Eigen::Vector2d& place_world) const {
-  const double here = value(place_world);
-  const auto from = [&](std::size_t b) {
-    return sorted_.begin() + static_cast<std::ptrdiff_t>(starts_[b]);
-  };
-  // Buckets are in the order of their values: what lies in others is known to be less, or not.
-  const std::size_t b = bucket(here);
-  const auto below = std::lower_bound(from(b), from(b + 1), here);
-  return static_cast<double>(below - sorted_.begin()) / static_cast<double>(sorted_.size());
-}
-
 DerivedCover::DerivedCover(const DerivedCoverOptions& options, const LayerInputs& inputs)
     : options_(options),
       is_north_(inputs.frame.origin().lat_deg >= 0.0),
       region_(inputs.seed, 11, 6000.0, 3),
       fields_(inputs.seed, 12, 3000.0, 5),
       woods_(inputs.seed, 13, 1100.0, 5),
-      patch_(inputs.seed, 14, 240.0, 3) {
+      patch_(inputs.seed, 14, 240.0, 3),
+      dryness_(Dryness::of(inputs.surface.options(), inputs.frame)) {
   const double lat_deg = inputs.frame.origin().lat_deg;
   if (options_.snow_line_m < 0.0) options_.snow_line_m = world::snow_line_m(lat_deg);
   if (options_.tree_line_m < 0.0) options_.tree_line_m = world::tree_line_m(lat_deg);
@@ -103,6 +69,7 @@ DerivedCover::DerivedCover(const DerivedCoverOptions& options, const LayerInputs
                                          inputs.seed, options_.forest_share, options_.field_share,
                                          options_.snow_line_m, options_.tree_line_m,
                                          inputs.surface.input_hash()));
+  if (dryness_) hash_ = core::content_hash(hash_ + " " + dryness_->content_hash());
 }
 
 void DerivedCover::measure(const LayerInputs& inputs) {
@@ -211,18 +178,22 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
   if (std::hypot(slope, crest) > bare_slope) return Cover::Bare;
   if (patch < ramp(250.0, 900.0, above_trees_m)) return Cover::Bare;
 
+  const double growth = dryness_ ? dryness_->growth(place_world) : 1.0;
+  if (dryness_)
+    if (const auto dry = dryness_->cover(place_world, moisture)) return dry;
+
   const double wet = moisture + 0.15 * uneven - 3.0 * std::max(slope - 0.02, 0.0);
   if (wet > 0.82 && water_m < 500.0) return Cover::Wetland;
 
   const double woods = woods_(place_world);
   const double season = 1.0 - ramp(kNoLine_m, -700.0, above_trees_m);
-  const double field_share =
-      options_.field_share * is_level * season * (0.6 + 0.8 * region) * ramp(60.0, 300.0, sea_m);
-  double forest_share = options_.forest_share *
+  const double field_share = growth * options_.field_share * is_level * season *
+                             (0.6 + 0.8 * region) * ramp(60.0, 300.0, sea_m);
+  double forest_share = growth * options_.forest_share *
                         (0.55 + 0.9 * ramp(0.08, 0.35, slope) + 0.5 * (moisture - 0.4)) *
                         (1.0 - ramp(-120.0, 60.0, above_trees_m));
   // Trees line the water.
-  if (water_m < 120.0) forest_share += 0.2 * (1.0 - water_m / 120.0) * season;
+  if (water_m < 120.0) forest_share += growth * 0.2 * (1.0 - water_m / 120.0) * season;
   // Wind and a thin soil keep woods off crests between walls.
   forest_share *= 1.0 - ramp(0.3, 0.6, crest);
   // Among fields, woods keep to a part of what they would hold elsewhere.

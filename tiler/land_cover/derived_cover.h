@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tiler/gradient_noise.h"
+#include "tiler/dryness.h"
+#include "tiler/even_noise.h"
 #include "tiler/grid.h"
 #include "tiler/layer.h"
 
@@ -25,7 +27,8 @@ struct DerivedCoverOptions {
 /// shore nothing is said: what it is made of follows from its height.
 ///
 /// Heights of the lines are above the ellipsoid, which is within 110 m of the sea, and less than the
-/// lines wander. Patches come from noise between 4 km and 60 m.
+/// lines wander. Patches come from noise between 4 km and 60 m. Where the world says that it is dry, deserts and
+/// steppes come before all that grows.
 ///
 /// threads   safe; cover() is a function of the place and the seed
 class DerivedCover {
@@ -39,24 +42,6 @@ class DerivedCover {
   const std::string& content_hash() const { return hash_; }
 
  private:
-  /// Noise whose values are told by how many of them lie below: evenly within 0 to 1.
-  class EvenNoise {
-   public:
-    EvenNoise(std::uint64_t seed, std::uint64_t stream, double period_m, int num_octaves);
-    double operator()(const Eigen::Vector2d& place_world) const;
-
-   private:
-    static constexpr std::size_t kNumBuckets = 4096;
-    double value(const Eigen::Vector2d& place_world) const;
-    /// Rises with the value, from 0 to kNumBuckets - 1.
-    std::size_t bucket(double value) const;
-    GradientNoise noise_;
-    double period_m_;
-    int num_octaves_;
-    std::vector<double> sorted_;       ///< values at scattered places
-    std::vector<std::size_t> starts_;  ///< of each bucket, in sorted_; and its size
-  };
-
   void measure(const LayerInputs& inputs);
   Eigen::Vector2d node_of(const Eigen::Vector2d& place_world) const;
 
@@ -70,6 +55,7 @@ class DerivedCover {
   Grid<float> water_m_;     ///< distance to the sea or to a stream
   Grid<float> sea_m_;       ///< distance to the sea; empty without one
   EvenNoise region_, fields_, woods_, patch_;
+  std::shared_ptr<const Dryness> dryness_;  ///< null: the land is humid
   std::string hash_;
 };
 

@@ -58,7 +58,8 @@ class VegetationLayer final : public Layer {
   std::string input_hash() const override {
     return core::content_hash(fmt::format("vegetation {} {} {} {}", kVegetationVersion, plan_.seed,
                                           plan_.library->content_hash(),
-                                          plan_.canopy ? plan_.canopy->content_hash() : ""));
+                                          plan_.canopy ? plan_.canopy->content_hash() : "") +
+                              (plan_.dryness ? plan_.dryness->content_hash() : ""));
   }
 
   std::span<const world::Prototype> prototypes() const override {

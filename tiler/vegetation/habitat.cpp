@@ -235,6 +235,13 @@ Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world)
   return growth;
 }
 
+void Habitat::thin_out(Growth& growth, double share) {
+  growth.trees *= share;
+  growth.bushes *= share;
+  growth.dwarf_pines *= share;
+  growth.grass *= share;
+}
+
 void Habitat::plant_garden(Growth& growth) {
   growth.trees = std::max(growth.trees, 0.10);
   growth.bushes = std::max(growth.bushes, 0.10);

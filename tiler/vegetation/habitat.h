@@ -73,6 +73,9 @@ class Habitat {
   Growth growth(const Ground& ground, const Eigen::Vector2d& place_world) const;
   TreeKinds tree_kinds(const Ground& ground, const Eigen::Vector2d& place_world) const;
 
+  /// Leaves a share of what grows by rain alone.
+  static void thin_out(Growth& growth, double share);
+
   // Make of a meadow's growth that of a garden: mown, with small trees and bushes.
   static void plant_garden(Growth& growth);
   static void plant_garden(TreeKinds& kinds);

@@ -23,6 +23,12 @@ bool has_soft_edges(Cover cover) {
          cover == Cover::Grass || cover == Cover::Bare;
 }
 
+/// Whether plants of a cover have no other water than rain: mapped forests and fields have theirs.
+bool grows_by_rain(Cover cover) {
+  return cover == Cover::Land || cover == Cover::Shrubs || cover == Cover::Grass ||
+         cover == Cover::Bare;
+}
+
 }  // namespace
 
 TileGround::TileGround(const VegetationPlan& plan, const world::TileId& id, const LayerSite& site)
@@ -145,6 +151,8 @@ TileGround::Here TileGround::here_on(const Ground& ground, const Vector2d& place
   Here here{.place_world = place_world, .ground = ground};
   here.growth = plan_.habitat.growth(ground, place_world);
   here.is_garden = ground.cover == Cover::Grass && plan_.is_garden(place_world);
+  if (plan_.dryness && grows_by_rain(ground.cover))
+    Habitat::thin_out(here.growth, plan_.dryness->growth(place_world));
   if (here.is_garden) Habitat::plant_garden(here.growth);
   if (plan_.canopy) here.canopy_m = plan_.canopy->height_m(place_world);
   if (here.canopy_m) {

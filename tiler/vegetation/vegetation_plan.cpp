@@ -32,7 +32,8 @@ VegetationPlan::VegetationPlan(const LayerInputs& inputs)
       library(PlantLibrary::grown()),
       numbers(inputs.size_m),
       habitat(seed, inputs.surface.options().origin_lat_deg, fields_of(inputs)),
-      fields(fields_of(inputs)) {
+      fields(fields_of(inputs)),
+      dryness(Dryness::of(inputs.surface.options(), inputs.frame)) {
   const auto& layers = inputs.surface.options().layers;
   for (std::size_t i = 0; i < inputs.earlier.size() && i < layers.size(); ++i)
     for (const auto& [kind, of_kind] :

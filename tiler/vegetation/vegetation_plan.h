@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "tiler/dryness.h"
 #include "tiler/layer.h"
 #include "tiler/surface.h"
 #include "tiler/vegetation/blue_noise.h"
@@ -38,11 +39,12 @@ struct VegetationPlan {
   CellNumbers numbers;
   Habitat habitat;
   Fields fields;
-  std::vector<const Layer*> houses;  ///< layers of buildings
-  std::vector<const Layer*> ways;    ///< layers of roads
-  std::vector<const Layer*> waters;  ///< layers of water
-  std::vector<BlueNoise> strewn;     ///< by Stratum
-  std::unique_ptr<Canopy> canopy;    ///< null: none is known
+  std::vector<const Layer*> houses;        ///< layers of buildings
+  std::vector<const Layer*> ways;          ///< layers of roads
+  std::vector<const Layer*> waters;        ///< layers of water
+  std::vector<BlueNoise> strewn;           ///< by Stratum
+  std::unique_ptr<Canopy> canopy;          ///< null: none is known
+  std::shared_ptr<const Dryness> dryness;  ///< null: the land is humid
 };
 
 }  // namespace terracast::tiler
