@@ -12,7 +12,7 @@ namespace terracast::render {
 namespace {
 
 /// One more when the same inputs give other bytes.
-constexpr int kRenderVersion = 14;
+constexpr int kRenderVersion = 15;
 
 void append_numbers(std::string& text, const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
@@ -103,8 +103,9 @@ void append_tile(std::string& text, const world::CutTile& tile, const world::Til
 }
 
 void append_climate(std::string& text, const scene::Climate& climate) {
-  text += fmt::format("climate {} {} {} {}\n", climate.seed, climate.has_sea, climate.has_trees,
-                      climate.exposure ? climate.exposure->content_hash() : "none");
+  text +=
+      fmt::format("climate {} {} {} {} {}\n", climate.seed, climate.has_sea, climate.has_mapped_ice,
+                  climate.has_trees, climate.exposure ? climate.exposure->content_hash() : "none");
   for (const double value : {climate.sea_level_m, climate.snow_line_m, climate.tree_line_m})
     append_numbers(text, &value, 1);
 }

@@ -7,6 +7,7 @@
 #include "scene/ground/natural_cover.h"
 #include "scene/ground/pavement.h"
 #include "scene/ground/relief.h"
+#include "scene/ground/snow.h"
 #include "scene/water/water.h"
 #include "world/climate.h"
 
@@ -101,8 +102,11 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
   climate.fields =
       world::FieldPattern(static_cast<std::uint64_t>(store.manifest().seed),
                           world::FieldPattern::grows_vines(store.manifest().origin.lat_deg));
-  for (const world::LayerInfo& layer : store.manifest().layers)
+  for (const world::LayerInfo& layer : store.manifest().layers) {
     climate.has_trees = climate.has_trees || layer.kind == "vegetation";
+    climate.has_mapped_ice =
+        climate.has_mapped_ice || (layer.kind == "land_cover" && layer.source != "derived");
+  }
   climate.snow_line_m = world::snow_line_m(store.manifest().origin.lat_deg);
   climate.tree_line_m = world::tree_line_m(store.manifest().origin.lat_deg);
 
@@ -273,8 +277,10 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   }
   NoiseSum bushes{};
   if (any(c.shrubs)) bushes = sum_noise(g.places, 3, 0, seed + kBushes);
-  paint_land(g, c, {coarse, grain, fine, stones, trees, formation, strata, cracks, bushes}, relief,
-             climate_, look);
+  Lanes<float> snow[3]{};
+  if (any(c.snow)) paint_snow(g, c, sum_snow_noise(g, c, seed, slope), climate_, snow);
+  paint_land(g, c, {coarse, grain, fine, stones, trees, formation, strata, cracks, bushes, snow},
+             relief, climate_, look);
   bend_normals(g, slope, bed_slope, look);
 
   const auto lanes_with = [&](const auto& has) {

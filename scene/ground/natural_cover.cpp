@@ -37,7 +37,7 @@ TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, const Lanes<float
     c.field[i] = step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
                              3.0f * ramp((above_trees + 900.0f) / 200.0f),
                          0.10f) *
-                 step_up(height - beach - 3.0f, 1.5f);
+                 step_up(height - beach - 3.0f, 1.5f) * ramp((moist - 0.02f) / 0.04f);
     c.forest[i] = step_up(
         (moist - 0.40f) * 2.0f + 0.60f * region + 0.55f * patch + 0.40f * clump +
             1.2f * ramp((steep - 0.12f) * 2.5f) - 0.25f - 4.0f * ramp(above_trees / 160.0f) -
@@ -389,9 +389,7 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     shade(color, 1.0f + 0.55f * stony * step_up(d.stones.value[i] - 1.15f, 0.30f) -
                      0.35f * stony * step_up(-d.stones.value[i] - 1.25f, 0.30f));
 
-    const float drift = 1.0f + 0.035f * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) +
-                        0.03f * clump + 0.02f * patch;
-    lay(color, c.snow[i], 0.72f * drift, 0.74f * drift, 0.78f * drift);
+    lay(color, c.snow[i], d.snow[0][i], d.snow[1][i], d.snow[2][i]);
 
     look.albedo[0][i] = clamped(color.r, 0.004f, 0.88f);
     look.albedo[1][i] = clamped(color.g, 0.004f, 0.88f);

@@ -84,6 +84,7 @@ struct Details {
   const NoiseSum& strata;     ///< beds of 64 to 2 m
   const NoiseSum& cracks;
   const NoiseSum& bushes;
+  const Lanes<float> (&snow)[3];  ///< its albedo, red, green, blue
 };
 
 /// Albedo and openness of dry land.
