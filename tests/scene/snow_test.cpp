@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
 #include "core/random.h"
@@ -55,7 +55,7 @@ Albedo albedo_of(const Ground& ground, world::Cover cover, double height_m, doub
       squares += std::pow(static_cast<double>(look.albedo[1][i]), 2.0) / kNumPlaces;
     }
   }
-  found.deviation = std::sqrt(squares - found.mean[1] * found.mean[1]);
+  found.deviation = std::sqrt(std::max(squares - found.mean[1] * found.mean[1], 0.0));
   return found;
 }
 

@@ -87,7 +87,7 @@ TEST(Dryness, FollowsARasterWhereItLies) {
   spec.type = GDT_Int32;
   spec.nodata = -1.0;
   spec.value = [&](double u, double v) {
-    return v - middle.y() > 2000.0 ? -1.0 : u < middle.x() ? 100.0 : 9000.0;
+    return v - middle.y() > 3000.0 ? -1.0 : u < middle.x() ? 100.0 : 9000.0;
   };
   write_raster(folder / "aridity.tif", spec);
   tiler::WorldOptions options = world_of("plane", 8192.0);
@@ -99,8 +99,8 @@ TEST(Dryness, FollowsARasterWhereItLies) {
   const auto surface = prepare(options);
   // Also in the north, whose values come from the south's.
   for (const double y : {-3500.0, 0.0, 3500.0}) {
-    EXPECT_EQ(cover_at(*surface, {-1500.0, y}), Cover::Bare) << y;
-    EXPECT_EQ(cover_at(*surface, {1500.0, y}), Cover::Land) << y;
+    EXPECT_EQ(cover_at(*surface, {-3000.0, y}), Cover::Bare) << y;
+    EXPECT_EQ(cover_at(*surface, {3000.0, y}), Cover::Land) << y;
   }
   const geo::WorldFrame frame({.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg});
   const auto dryness = Dryness::of(options, frame);
