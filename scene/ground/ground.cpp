@@ -278,7 +278,7 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   NoiseSum bushes{};
   if (any(c.shrubs)) bushes = sum_noise(g.places, 3, 0, seed + kBushes);
   Lanes<float> snow[3]{};
-  if (any(c.snow)) paint_snow(g, c, sum_snow_noise(g, c, seed, slope), climate_, snow);
+  if (any(c.snow)) paint_snow(g, c, sum_snow_noise(g, c, climate_, slope), climate_, snow);
   paint_land(g, c, {coarse, grain, fine, stones, trees, formation, strata, cracks, bushes, snow},
              relief, climate_, look);
   bend_normals(g, slope, bed_slope, look);

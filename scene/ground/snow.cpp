@@ -9,10 +9,11 @@ namespace {
 using core::smaller;
 using world::Cover;
 
-/// Drifts are four times as long as they are wide, crevasses four times as the noise they come from.
+/// Drifts are four times as long as they are wide. Crevasses come from noise that is finer across the bands of
+/// the ice and along them.
 constexpr int kDriftStretch_log2 = 2;
 constexpr std::uint32_t kCrevasseScale = 4;
-constexpr std::uint32_t kCrevasseStretch = 2;
+constexpr std::uint32_t kCrevasseStretch = 6;
 
 /// Streams of noise beside those of natural_cover.h.
 constexpr std::uint32_t kDrifts = 149;
@@ -30,19 +31,6 @@ std::int32_t times(std::int32_t steps, std::uint32_t factor) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(steps) * factor);
 }
 
-/// Coordinates of ice: across its bands, which folds bend, and along them; those of crevasses are finer.
-TERRACAST_PACKET_CODE void place_ice(const GroundPacket& g, const Covers& c,
-                                     Lanes<std::int32_t>& across, Lanes<std::int32_t>& crevasse_u,
-                                     Lanes<std::int32_t>& crevasse_v) {
-  constexpr float kStepsPerMetre = 1.0f / static_cast<float>(kNoiseStep_m);
-  for (int i = 0; i < kLanes; ++i) {
-    const float bent_m = 12.0f * c.region.value[i] + 1.5f * c.patch.value[i];
-    across[i] = g.strata_u[i] + static_cast<std::int32_t>(bent_m * kStepsPerMetre);
-    crevasse_u[i] = times(g.strata_u[i], kCrevasseScale);
-    crevasse_v[i] = times(g.strata_v[i], kCrevasseStretch);
-  }
-}
-
 /// How much of a place is bare ice of a glacier, 0 … 1, and how far it lies below the snow line.
 struct Ice {
   float share;
@@ -56,6 +44,27 @@ TERRACAST_PACKET_INLINE Ice ice_at(const GroundPacket& g, const Covers& c, int i
                      0.3f * c.clump.value[i];
   const float share = step_up(edge, 0.5f + 0.5f * c.patch.left_out[i] + 0.3f * c.clump.left_out[i]);
   return {is_mapped ? share : 0.0f, below_m};
+}
+
+/// Coordinates of ice: across its bands, which folds bend, and along them; those of crevasses are finer.
+TERRACAST_PACKET_CODE void place_ice(const GroundPacket& g, const Covers& c,
+                                     Lanes<std::int32_t>& across, Lanes<std::int32_t>& crevasse_u,
+                                     Lanes<std::int32_t>& crevasse_v) {
+  constexpr float kStepsPerMetre = 1.0f / static_cast<float>(kNoiseStep_m);
+  for (int i = 0; i < kLanes; ++i) {
+    const float bent_m =
+        12.0f * c.region.value[i] + 3.0f * c.patch.value[i] + 0.4f * c.clump.value[i];
+    across[i] = g.strata_u[i] + static_cast<std::int32_t>(bent_m * kStepsPerMetre);
+    crevasse_u[i] = times(across[i], kCrevasseScale);
+    crevasse_v[i] = times(g.strata_v[i], kCrevasseStretch);
+  }
+}
+
+/// Slopes of drifts, of which bare ice has none.
+TERRACAST_PACKET_CODE void weigh_drifts(const GroundPacket& g, const Covers& c, float snow_line_m,
+                                        bool has_mapped_ice, Lanes<float>& steepness) {
+  for (int i = 0; i < kLanes; ++i)
+    steepness[i] = 0.09f * c.snow[i] * (1.0f - ice_at(g, c, i, snow_line_m, has_mapped_ice).share);
 }
 
 TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const SnowNoise& n,
@@ -97,21 +106,22 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const S
 
 }  // namespace
 
-SnowNoise sum_snow_noise(const GroundPacket& packet, const Covers& covers, std::uint32_t seed,
+SnowNoise sum_snow_noise(const GroundPacket& packet, const Covers& covers, const Climate& climate,
                          NoiseSlope& slope) {
   // The wind blows along the first plane's v; drifts rise and fall across it.
   Lanes<std::int32_t> along_wind, across_ice, crevasse_u, crevasse_v;
   Lanes<float> steepness;
-  for (int i = 0; i < kLanes; ++i) {
-    along_wind[i] = packet.places.v[0][i] >> kDriftStretch_log2;
-    steepness[i] = 0.09f * covers.snow[i];
-  }
+  for (int i = 0; i < kLanes; ++i) along_wind[i] = packet.places.v[0][i] >> kDriftStretch_log2;
+  weigh_drifts(packet, covers, static_cast<float>(climate.snow_line_m), climate.has_mapped_ice,
+               steepness);
   place_ice(packet, covers, across_ice, crevasse_u, crevasse_v);
   const Lanes<float>& footprint_m = packet.places.footprint_m;
   return {.drifts = sum_noise_at_with_slope(packet.places.u[0], along_wind, footprint_m, 1, -3,
-                                            seed + kDrifts, steepness, slope.u[0]),
-          .bands = sum_noise_at(across_ice, packet.strata_v, footprint_m, 4, 1, seed + kIceBands),
-          .crevasses = sum_noise_at(crevasse_u, crevasse_v, footprint_m, 4, 3, seed + kCrevasses)};
+                                            climate.seed + kDrifts, steepness, slope.u[0]),
+          .bands = sum_noise_at(across_ice, packet.strata_v, footprint_m, 4, 1,
+                                climate.seed + kIceBands),
+          .crevasses =
+              sum_noise_at(crevasse_u, crevasse_v, footprint_m, 4, 3, climate.seed + kCrevasses)};
 }
 
 void paint_snow(const GroundPacket& packet, const Covers& covers, const SnowNoise& noise,

@@ -17,7 +17,7 @@ struct SnowNoise {
 };
 
 /// Adds up the noise, and the slopes of drifts to `slope`.
-SnowNoise sum_snow_noise(const GroundPacket& packet, const Covers& covers, std::uint32_t seed,
+SnowNoise sum_snow_noise(const GroundPacket& packet, const Covers& covers, const Climate& climate,
                          NoiseSlope& slope);
 
 /// Albedo of snow and ice at a packet's places, red, green, blue.
