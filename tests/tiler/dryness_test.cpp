@@ -61,7 +61,7 @@ TEST(Dryness, IsOfTheWorldThatStatesItAndTheLogSaysWhatIsAssumed) {
 }
 
 TEST(Dryness, LeavesDerivedCoverNoWoodsNoFieldsNoMeadows) {
-  tiler::WorldOptions options = world_of("ramp", 16384.0);
+  tiler::WorldOptions options = world_of("ramp", 8192.0);
   options.elevation[0].slope = 0.02;
   options.elevation[0].height_m = 400.0;
   options.layers.push_back(land_cover_layer("source = \"derived\""));
@@ -69,7 +69,7 @@ TEST(Dryness, LeavesDerivedCoverNoWoodsNoFieldsNoMeadows) {
     options.aridity_index = aridity_index;
     const auto surface = prepare(options);
     std::map<Cover, int> count;
-    for (const Eigen::Vector2d& place : scattered_places(16000.0, 2000))
+    for (const Eigen::Vector2d& place : scattered_places(8000.0, 2000))
       ++count[cover_at(*surface, place)];
     return count;
   };
