@@ -16,13 +16,17 @@
   X(cameras, "intrinsics and mounts; images or poses of two cameras swapped")   \
   X(poses, "frames, order, units and rows of poses")                            \
   X(depth, "ranges, units, limits, steps and bytes of depth; sky that is none") \
-  X(flow, "signs, order, directions and masks of flow; disparity")              \
-  X(colors, "channels, order of frames, single images")                         \
+  X(flow, "signs, order, directions, offsets and masks of flow")                \
+  X(disparity, "scale of disparity; that of the other image")                   \
+  X(colors, "channels, shifts by frames, single images")                        \
+  X(image_shift, "images that stand a part of a pixel beside depth and poses")  \
+  X(order, "colours, depths, flow or poses of frames in another order")         \
   X(shutter, "rolling shutters: order and time of lines; none stated")          \
   X(times, "units and shifts of time stamps")                                   \
   X(georeference, "datums, units, order and axes of places on WGS84")           \
   X(oxts, "units and axes of inertial packets")                                 \
-  X(colmap, "observations, tracks and colours of COLMAP's points")              \
+  X(colmap, "observations, tracks, places and colours of COLMAP's points")      \
+  X(georegistration, "axes, units, heights and frames of georegistration.txt")  \
   X(depth_offset, "a constant offset of depth")                                 \
   X(corrections,                                                                \
     "small errors by least squares: principal point, focal length, scale, "     \
@@ -84,7 +88,7 @@ const std::vector<std::string> kUnfitMount = {" m right, down and forward of ",
 /// Whether files as they should be may read so, by a mistake in what they hold.
 bool may_follow(const std::string& line) {
   return has_any(line, kUnfitMount) || has_any(line, kUnfitDepth) || has_any(line, kUnfitSize) ||
-         has_any(line, kUnfitClass);
+         has_any(line, kUnfitClass) || has_any(line, kUnfitPlace);
 }
 
 bool has_right_mounts(const Trial& trial) {

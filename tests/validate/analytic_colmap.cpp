@@ -101,7 +101,7 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   points[0].track[0].second += wrong.track_index;
 
   std::string cameras_txt = "# cameras\n", images_txt = "# images\n", points_txt = "# points\n",
-              rigs_txt, frames_txt;
+              rigs_txt, frames_txt, places_txt;
   std::string cameras_bin, images_bin, points_bin, rigs_bin, frames_bin;
   const auto pose_text = [](const Quaterniond& q, const Vector3d& t) {
     return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", q.w(), q.x(),
@@ -169,6 +169,9 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
       const auto [q, t] = written(c, f);
       const std::string name = recording.cameras[c].name + "/" + digits(f) + ".png";
       images_txt += fmt::format("{} {} {} {}\n", image_id(c, f), pose_text(q, t), c + 1, name);
+      const ScenePlace place = place_of_scene(said.pose(c, f, false).centre);
+      places_txt += fmt::format("{} {:.13f} {:.13f} {:.6f}\n", name, place.lat_deg, place.lon_deg,
+                                place.height_m);
       put(images_bin, image_id(c, f));
       put_pose(images_bin, q, t);
       put(images_bin, static_cast<std::uint32_t>(c + 1));
@@ -191,7 +194,8 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   }
   put(points_bin, static_cast<std::uint64_t>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point& p = points[i];
+    Point p = points[i];
+    if (wrong.written_point) p.position = wrong.written_point(p.position);
     const double error_px =
         p.track.empty() ? 0.0 : p.sum_of_errors_px / static_cast<double>(p.track.size());
     points_txt +=
@@ -222,6 +226,7 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   core::write_file(binary / "points3D.bin", points_bin);
   core::write_file(binary / "rigs.bin", rigs_bin);
   core::write_file(binary / "frames.bin", frames_bin);
+  core::write_file(folder / path / "georegistration.txt", places_txt);
   write_metadata(said, folder, "colmap", "flight", path, path + "/georeference.csv");
 }
 

@@ -251,6 +251,15 @@ ScenePlace place_of_scene(const Vector3d& point) {
                        ecef_from_enu(kLat_deg, kLon_deg) * point);
 }
 
+Vector3d ecef_of(const ScenePlace& place) {
+  return ecef(place.lat_deg, place.lon_deg, place.height_m);
+}
+
+Vector3d scene_from_place(const ScenePlace& place) {
+  return ecef_from_enu(kLat_deg, kLon_deg).transpose() *
+         (ecef_of(place) - ecef(kLat_deg, kLon_deg, kHeight_m));
+}
+
 Matrix3d enu_from_scene(const ScenePlace& place) {
   return ecef_from_enu(place.lat_deg, place.lon_deg).transpose() *
          ecef_from_enu(kLat_deg, kLon_deg);

@@ -112,7 +112,9 @@ struct ColmapMistake {
   bool are_observations_of_next_frame = false;
   /// The pose that is written of a camera and frame; observations stay right.
   std::function<SaidPose(std::size_t c, std::size_t f)> written_pose = {};
-  /// What is written of it: camera from world, as COLMAP has it.
+  /// The place that is written of a point; its observations stay right.
+  std::function<Eigen::Vector3d(const Eigen::Vector3d&)> written_point = {};
+  /// What is written of a pose: camera from world, as COLMAP has it.
   std::function<void(Eigen::Quaterniond&, Eigen::Vector3d&)> raw_pose = {};
   /// Size and parameters (fx, fy, cx, cy) of a camera.
   std::function<void(int& width, int& height, std::array<double, 4>&)> written_camera = {};

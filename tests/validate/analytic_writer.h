@@ -50,6 +50,8 @@ struct ScenePlace {
   double lat_deg, lon_deg, height_m;
 };
 ScenePlace place_of_scene(const Eigen::Vector3d& point);
+Eigen::Vector3d scene_from_place(const ScenePlace& place);
+Eigen::Vector3d ecef_of(const ScenePlace& place);
 Eigen::Matrix3d enu_from_scene(const ScenePlace& place);
 
 void write_depth_npy(const Said& said, std::size_t c, std::size_t f,

@@ -31,22 +31,11 @@ void add(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses, int rank
   hypotheses.push_back({kJudges, rank, undo});
 }
 
-/// Cameras whose images are not grey.
-std::vector<int> colored_cameras(const Trial& trial) {
-  std::vector<int> colored;
-  for (int c = 0; c < trial.num_cameras(); ++c) {
-    const core::Image8& color = trial.image(c, 0).color;
-    for (std::size_t i = 0; i + 2 < color.data().size(); i += 3)
-      if (color.data()[i] != color.data()[i + 2]) {
-        colored.push_back(c);
-        break;
-      }
-  }
-  return colored;
-}
-
 void add_channels(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  if (!symptoms.fails_result("photometric_channels")) return;
+  // What plants look like tells of each camera; images that agree with each other, of none.
+  const bool is_told = symptoms.fails_result("colors_plants");
+  if (!symptoms.fails_result("photometric_channels") && !is_told) return;
+  const std::vector<std::string_view> judges = {"photometric", "colors"};
   const Trial& trial = symptoms.trial;
   const std::vector<int> colored = colored_cameras(trial);
   const auto swap_channels = [](std::vector<int> cameras) {
@@ -65,9 +54,9 @@ void add_channels(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses)
     };
   };
   // Of more than two cameras the odd one is wrong; of two the images do not tell which.
-  if (colored.size() == 2) {
+  if (colored.size() == 2 && !is_told) {
     Hypothesis h;
-    h.checks = {"photometric"};
+    h.checks = judges;
     h.rank = 2;
     h.undo = [=](Trial& t, Cause& cause) {
       swap_channels({colored[1]})(t, cause);
@@ -79,27 +68,14 @@ void add_channels(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses)
     };
     hypotheses.push_back(std::move(h));
   } else {
-    for (const int c : colored) hypotheses.push_back({{"photometric"}, 2, swap_channels({c})});
+    for (const int c : colored) hypotheses.push_back({judges, 2, swap_channels({c})});
   }
-  if (colored.size() > 1) hypotheses.push_back({{"photometric"}, 1, swap_channels(colored)});
-}
-
-/// Cameras that may share a mistake: all, those with colours, each alone.
-std::vector<std::vector<int>> groups_of(const Trial& trial) {
-  std::vector<int> all(static_cast<std::size_t>(trial.num_cameras()));
-  for (int c = 0; c < trial.num_cameras(); ++c) all[static_cast<std::size_t>(c)] = c;
-  std::vector<std::vector<int>> groups = {all};
-  if (const std::vector<int> colored = colored_cameras(trial);
-      colored.size() > 1 && colored.size() < all.size())
-    groups.push_back(colored);
-  if (all.size() > 1)
-    for (const int c : all) groups.push_back({c});
-  return groups;
+  if (colored.size() > 1) hypotheses.push_back({judges, 1, swap_channels(colored)});
 }
 
 void add_shifts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   const Trial& trial = symptoms.trial;
-  const std::vector<std::vector<int>> groups = groups_of(trial);
+  const std::vector<std::vector<int>> groups = groups_of_images(trial);
   for (const std::vector<int>& group : groups)
     for (const int shift : {1, -1})
       add(symptoms, hypotheses, 2 + (group.size() == groups[0].size() ? 0 : 1),
@@ -219,7 +195,7 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
 }
 
 void add_mirrors(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  const std::vector<std::vector<int>> groups = groups_of(symptoms.trial);
+  const std::vector<std::vector<int>> groups = groups_of_images(symptoms.trial);
   for (const std::vector<int>& group : groups)
     for (const bool is_left_right : {true, false})
       add(symptoms, hypotheses, 2 + (group.size() == groups[0].size() ? 0 : 1),
@@ -349,8 +325,8 @@ void add_classes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
 void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   add_classes(symptoms, hypotheses);
   if (symptoms.fails("colors")) add_losses(symptoms, hypotheses);
-  if (!symptoms.fails("photometric") && !symptoms.fails("stereo")) return;
   add_channels(symptoms, hypotheses);
+  if (!symptoms.fails("photometric") && !symptoms.fails("stereo")) return;
   // An image in a wrong place does not look like what is there.
   // The few patches of a trial may not show it.
   const auto fails = [&](const char* name) {

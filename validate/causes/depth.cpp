@@ -9,6 +9,7 @@
 #include "core/image_io.h"
 #include "validate/causes/trial.h"
 #include "validate/checks/checker.h"
+#include "validate/depth_marks.h"
 #include "validate/npy.h"
 #include "validate/sampling.h"
 
@@ -232,6 +233,61 @@ void add_limits(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   }
 }
 
+const std::vector<std::string_view> kLost = {"depth",     "reprojection",       "flow",
+                                             "stereo",    "photometric",        "segmentation",
+                                             "structure", "colmap_point_depths"};
+
+/// Depth that was rounded more coarsely than float32 does.
+void add_steps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const Trial& trial = symptoms.trial;
+  const std::optional<DepthSteps> steps =
+      find_steps(trial.image(cameras_with_depth(trial)[0], 0).depth);
+  constexpr double kNearlyAll = 0.9;
+  if (!steps || steps->share < kNearlyAll) return;
+  Hypothesis h;
+  h.checks = {"depth"};
+  h.rank = 0;
+  h.marks = {"depth", "reprojection", "flow", "stereo"};
+  h.undo = [steps = *steps](Trial&, Cause& cause) {
+    const bool is_float = steps.step_m == 0.0;
+    cause.name = is_float ? "depth_float16" : "depth_levels";
+    cause.size = is_float ? steps.num_bits : steps.step_m;
+    cause.unit = is_float ? "bits" : "m";
+    cause.words =
+        is_float ? fmt::format("depth is rounded to 16-bit floats{}, of {} significant bits",
+                               steps.num_bits == 8 ? " (bfloat16)" : "", steps.num_bits)
+                 : fmt::format("depth is quantised: it stands in steps of {:.4g} m", steps.step_m);
+    return true;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
+/// Depth whose edges are ramps.
+void add_blur(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  DepthEdges edges;
+  for (const int c : cameras_with_depth(symptoms.trial))
+    for (int f = 0; f < symptoms.trial.num_frames(); ++f)
+      edges.add(find_edges(symptoms.trial.image(c, f).depth));
+  const double share = std::max(edges.steps.share_of_ramps().value_or(0.0),
+                                edges.ends.share_of_ramps().value_or(0.0));
+  constexpr double kMost = 0.8;
+  if (share < kMost) return;
+  Hypothesis h;
+  h.checks = {"depth"};
+  h.rank = 1;
+  h.marks = kLost;
+  h.undo = [share](Trial&, Cause& cause) {
+    cause.name = "depth_blurred";
+    cause.explains = kUnfitDepth;
+    cause.explains.insert(cause.explains.end(), kUnfitClass.begin(), kUnfitClass.end());
+    cause.words =
+        fmt::format("depth is blurred, or made of mixed pixels: {:.0f} % of its edges are ramps",
+                    100.0 * share);
+    return true;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
 /// Bytes in another order.
 core::ImageF with_other_bytes(const Trial& trial, const Camera& camera, int frame) {
   const std::string& path = camera.files[static_cast<std::size_t>(frame)].depth;
@@ -385,7 +441,11 @@ void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypoth
     return;
   if (symptoms.fails_result("structure")) add_bytes(symptoms, hypotheses);
   if (cameras_with_depth(symptoms.trial).empty()) return;
-  if (symptoms.fails("depth")) add_limits(symptoms, hypotheses);
+  if (symptoms.fails("depth")) {
+    add_limits(symptoms, hypotheses);
+    add_steps(symptoms, hypotheses);
+    add_blur(symptoms, hypotheses);
+  }
   // Depths that are wrong by far share no places, so that reprojection shows nothing. What is
   // mirrored agrees with itself where the camera moves in the mirror's plane.
   if (!symptoms.fails("reprojection") && do_depths_agree(symptoms.trial)) {

@@ -6,7 +6,7 @@
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
-/// Flow of another sign, order, direction or pair of frames; masks; disparity.
+/// Flow of another sign, order, direction or pair of frames, off by a constant or a pixel; masks.
 namespace terracast::validate {
 
 namespace {
@@ -55,10 +55,23 @@ double difference(const Trial& trial, int camera, const core::ImageF& field, int
   return sizes.size() < kEnough ? 1e9 : median(sizes);
 }
 
+/// Whether the other frame has the depth there that a pixel's point has in it.
+bool is_seen(const Trial& trial, int camera, int from, int to, int x, int y) {
+  const auto view_from = view_at(trial.sequence, camera, from, &trial.image(camera, from));
+  const auto view_to = view_at(trial.sequence, camera, to, &trial.image(camera, to));
+  const auto depth_m = static_cast<double>(trial.image(camera, from).depth(x, y));
+  if (!view_from || !view_to || view_to->image->depth.empty() || !std::isfinite(depth_m))
+    return false;
+  const auto place = Transfer(*view_from, *view_to).point({x + 0.5, y + 0.5}, depth_m);
+  if (!place || !(place->distance_b_m > 0.0)) return false;
+  const auto seen = sample_inverse_depth(view_to->image->depth, place->pixel);
+  constexpr double kSame = 0.01;
+  return !seen || std::abs(seen->inverse_depth.value * place->distance_b_m - 1.0) < kSame;
+}
+
 /// The flow of a pair as it should be, with its masks.
 void fill(const Trial& trial, int camera, int from, int to, core::ImageF& flow,
           core::Image8& in_view, core::Image8& covisible) {
-  const core::ImageF& other = trial.image(camera, to).depth;
   for (int y = 0; y < flow.height(); ++y)
     for (int x = 0; x < flow.width(); ++x) {
       const auto target = target_of(trial, camera, from, to, x, y);
@@ -67,8 +80,7 @@ void fill(const Trial& trial, int camera, int from, int to, core::ImageF& flow,
       flow(x, y, 0) = static_cast<float>(target->x() - x - 0.5);
       flow(x, y, 1) = static_cast<float>(target->y() - y - 0.5);
       in_view(x, y) = trial.camera(camera).intrinsics.contains(*target) ? 1 : 0;
-      const bool has_depth = std::isfinite(trial.image(camera, from).depth(x, y));
-      covisible(x, y) = in_view(x, y) != 0 && has_depth && !other.empty() ? 1 : 0;
+      covisible(x, y) = in_view(x, y) != 0 && is_seen(trial, camera, from, to, x, y) ? 1 : 0;
     }
 }
 
@@ -198,6 +210,184 @@ void add_scale(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   hypotheses.push_back(std::move(h));
 }
 
+/// The same vector on all flow.
+void add_offset(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const Trial& trial = symptoms.trial;
+  std::vector<double> off_x, off_y;
+  for (const Field& field : fields_of(trial)) {
+    const core::ImageF& flow = trial.image(field.camera, field.frame).flow->forward;
+    for (int y = kStep / 2; y < flow.height(); y += kStep)
+      for (int x = kStep / 2; x < flow.width(); x += kStep) {
+        const auto target = target_of(trial, field.camera, field.frame, field.frame + 1, x, y);
+        if (!target) continue;
+        off_x.push_back(static_cast<double>(flow(x, y, 0)) - (target->x() - x - 0.5));
+        off_y.push_back(static_cast<double>(flow(x, y, 1)) - (target->y() - y - 0.5));
+      }
+  }
+  const Vector2d offset(median(off_x), median(off_y));
+  std::size_t num_same = 0;
+  for (std::size_t i = 0; i < off_x.size(); ++i)
+    if ((Vector2d(off_x[i], off_y[i]) - offset).norm() < kSame_px) ++num_same;
+  if (num_same < 50 || 10 * num_same < 9 * off_x.size() || offset.norm() < kSame_px) return;
+  Hypothesis h;
+  h.checks = {"flow"};
+  h.rank = 2;
+  h.undo = [offset](Trial& t, Cause& cause) {
+    for (const Field& field : fields_of(t)) {
+      FlowFields& flow = t.edit_flow(field.camera, field.frame);
+      for (core::ImageF* image : {&flow.forward, &flow.backward})
+        for (int y = 0; y < image->height(); ++y)
+          for (int x = 0; x < image->width(); ++x)
+            for (int axis = 0; axis < 2; ++axis)
+              (*image)(x, y, axis) -= static_cast<float>(offset[axis]);
+    }
+    cause.name = "flow_offset";
+    cause.size = offset.norm();
+    cause.unit = "px";
+    cause.words =
+        fmt::format("flow is off by ({:.3g}, {:.3g}) px everywhere", offset.x(), offset.y());
+    return true;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
+/// "1 pixel to the right", "1 pixel to the left and 1 pixel below".
+std::string words_of_step(int right, int down) {
+  std::string words;
+  if (right != 0) words = fmt::format("1 pixel to the {}", right > 0 ? "right" : "left");
+  if (down != 0)
+    words +=
+        fmt::format("{}1 pixel {}", words.empty() ? "" : " and ", down > 0 ? "below" : "above");
+  return words;
+}
+
+/// Flow that stands in the pixel beside.
+void add_steps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  for (int right = -1; right <= 1; ++right)
+    for (int down = -1; down <= 1; ++down) {
+      if (right == 0 && down == 0) continue;
+      const auto moved_back = [=](const core::ImageF& flow) {
+        core::ImageF result = flow;
+        for (int y = 0; y < flow.height(); ++y)
+          for (int x = 0; x < flow.width(); ++x)
+            for (int axis = 0; axis < 2; ++axis)
+              result(x, y, axis) = flow(std::clamp(x + right, 0, flow.width() - 1),
+                                        std::clamp(y + down, 0, flow.height() - 1), axis);
+        return result;
+      };
+      const std::vector<Field> fields = fields_of(symptoms.trial);
+      const bool is_so =
+          !fields.empty() && std::all_of(fields.begin(), fields.end(), [&](const Field& field) {
+            return difference(
+                       symptoms.trial, field.camera,
+                       moved_back(symptoms.trial.image(field.camera, field.frame).flow->forward),
+                       field.frame, field.frame + 1, kSame) < kSame_px / 10.0;
+          });
+      if (!is_so) continue;
+      Hypothesis h;
+      h.checks = {"flow"};
+      h.rank = 2;
+      h.undo = [=](Trial& trial, Cause& cause) {
+        for (const Field& field : fields_of(trial)) {
+          FlowFields& flow = trial.edit_flow(field.camera, field.frame);
+          for (const bool is_forward : {true, false}) {
+            core::ImageF& image = is_forward ? flow.forward : flow.backward;
+            image = moved_back(image);
+            // What was pushed over the border is lost: it follows from the rest.
+            const int from = field.frame + (is_forward ? 0 : 1),
+                      to = field.frame + 1 - (from - field.frame);
+            for (int y = 0; y < image.height(); ++y)
+              for (int x = 0; x < image.width(); ++x) {
+                const bool is_lost = x + right < 0 || x + right >= image.width() || y + down < 0 ||
+                                     y + down >= image.height();
+                const auto target =
+                    is_lost ? target_of(trial, field.camera, from, to, x, y) : std::nullopt;
+                if (!target) continue;
+                image(x, y, 0) = static_cast<float>(target->x() - x - 0.5);
+                image(x, y, 1) = static_cast<float>(target->y() - y - 0.5);
+              }
+          }
+        }
+        cause.name = "flow_shifted";
+        cause.size = std::hypot(right, down);
+        cause.unit = "px";
+        cause.words = fmt::format("flow stands {} of where it belongs", words_of_step(right, down));
+        return true;
+      };
+      hypotheses.push_back(std::move(h));
+    }
+}
+
+/// Backward flow that was not computed: the forward flow with the other sign.
+void add_negated(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const std::vector<Field> fields = fields_of(symptoms.trial);
+  const bool is_so =
+      !fields.empty() && std::all_of(fields.begin(), fields.end(), [&](const Field& field) {
+        const FlowFields& flow = *symptoms.trial.image(field.camera, field.frame).flow;
+        return !flow.backward.empty() &&
+               std::equal(flow.forward.data().begin(), flow.forward.data().end(),
+                          flow.backward.data().begin(), flow.backward.data().end(),
+                          [](float forward, float backward) {
+                            return forward == -backward ||
+                                   (std::isnan(forward) && std::isnan(backward));
+                          });
+      });
+  if (!is_so) return;
+  Hypothesis h;
+  h.checks = {"flow"};
+  h.rank = 1;
+  h.undo = [](Trial& trial, Cause& cause) {
+    for (const Field& field : fields_of(trial)) {
+      FlowFields& flow = trial.edit_flow(field.camera, field.frame);
+      fill(trial, field.camera, field.frame + 1, field.frame, flow.backward, flow.in_view_backward,
+           flow.covisible_backward);
+    }
+    cause.name = "flow_negated";
+    cause.words = "backward flow is minus the forward flow of the same pixels";
+    return true;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
+/// Masks that mark all pixels alike.
+void add_plain_masks(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const std::vector<Field> fields = fields_of(symptoms.trial);
+  if (fields.empty()) return;
+  const auto is_all = [&](core::Image8 FlowFields::*mask, std::uint8_t value) {
+    return std::all_of(fields.begin(), fields.end(), [&](const Field& field) {
+      const auto data = ((*symptoms.trial.image(field.camera, field.frame).flow).*mask).data();
+      return std::all_of(data.begin(), data.end(), [&](std::uint8_t one) { return one == value; });
+    });
+  };
+  for (const std::uint8_t value : {std::uint8_t{1}, std::uint8_t{0}}) {
+    if (!is_all(&FlowFields::covisible_forward, value) ||
+        !is_all(&FlowFields::covisible_backward, value))
+      continue;
+    const bool is_of_view =
+        is_all(&FlowFields::in_view_forward, value) && is_all(&FlowFields::in_view_backward, value);
+    Hypothesis h;
+    h.checks = {"flow"};
+    h.rank = 1;
+    h.undo = [=](Trial& trial, Cause& cause) {
+      for (const Field& field : fields_of(trial)) {
+        FlowFields& flow = trial.edit_flow(field.camera, field.frame);
+        core::ImageF ignored = flow.forward;
+        fill(trial, field.camera, field.frame, field.frame + 1, ignored, flow.in_view_forward,
+             flow.covisible_forward);
+        if (flow.backward.empty()) continue;
+        fill(trial, field.camera, field.frame + 1, field.frame, ignored, flow.in_view_backward,
+             flow.covisible_backward);
+      }
+      cause.name = "masks_plain";
+      cause.words = fmt::format("{}masks of flow are all {}", is_of_view ? "" : "co-visible ",
+                                value == 0 ? "zero" : "one");
+      return true;
+    };
+    hypotheses.push_back(std::move(h));
+    return;
+  }
+}
+
 void add_masks(std::vector<Hypothesis>& hypotheses) {
   struct Mask {
     const char* words;
@@ -234,78 +424,17 @@ void add_masks(std::vector<Hypothesis>& hypotheses) {
   }
 }
 
-void add_disparity(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  const Trial& trial = symptoms.trial;
-  if (!trial.sequence.stereo) return;
-  const int left = trial.sequence.stereo->left;
-  const Intrinsics& k = trial.camera(left).intrinsics;
-  const double product = k.fx_px * trial.sequence.stereo->baseline_m;
-  std::vector<double> factors;
-  for (int f = 0; f < trial.num_frames(); ++f) {
-    const LoadedImage& image = trial.image(left, f);
-    if (image.disparity.empty() || image.depth.empty()) return;
-    for (std::size_t i = 0; i < image.disparity.data().size(); i += 7) {
-      const double factor = static_cast<double>(image.disparity.data()[i]) *
-                            static_cast<double>(image.depth.data()[i]) / product;
-      if (std::isfinite(factor)) factors.push_back(factor);
-    }
-  }
-  if (factors.size() < 50) return;
-  // By what the file rounds to: half a step of what is stored, before it is divided.
-  const auto fits = [&](double factor) {
-    const double tolerance_px = 0.52 / 256.0 / std::abs(factor) + 1e-3;
-    std::size_t num_near = 0, num_compared = 0;
-    for (int f = 0; f < trial.num_frames(); ++f) {
-      const LoadedImage& image = trial.image(left, f);
-      for (std::size_t i = 0; i < image.disparity.data().size(); i += 7) {
-        const double right = product / static_cast<double>(image.depth.data()[i]);
-        const double undone = static_cast<double>(image.disparity.data()[i]) / factor;
-        if (!std::isfinite(right) || !std::isfinite(undone)) continue;
-        ++num_compared;
-        if (std::abs(undone - right) < tolerance_px + 2e-4 * right) ++num_near;
-      }
-    }
-    return num_compared >= 50 && 10 * num_near >= 9 * num_compared;
-  };
-  double factor = median(factors);
-  // Common mistakes are whole powers; the rounding of the file hides that they are.
-  for (const double known : {1.0 / 256.0, 256.0, 0.5, 2.0, 1.0 / 16.0, 16.0})
-    if (factor > 0.5 * known && factor < 2.0 * known && fits(known)) {
-      factor = known;
-      break;
-    }
-  if (std::abs(factor - 1.0) < 2e-4 || !fits(factor)) return;
-  Hypothesis h;
-  h.checks = {"stereo"};
-  h.rank = 2;
-  h.undo = [=](Trial& t, Cause& cause) {
-    for (int f = 0; f < t.num_frames(); ++f) {
-      LoadedImage& image = t.edit(left, f);
-      for (std::size_t i = 0; i < image.disparity.data().size(); ++i) {
-        const double right = product / static_cast<double>(image.depth.data()[i]);
-        image.disparity.data()[i] = static_cast<float>(std::round(256.0 * right) / 256.0);
-      }
-    }
-    cause.name = "disparity_scale";
-    cause.size = factor;
-    cause.unit = "times";
-    cause.words = fmt::format(
-        "disparity is scaled by {:.6g}{}", factor,
-        factor == 1.0 / 256.0 ? ": whole pixels are stored where 1/256 px are meant" : "");
-    return true;
-  };
-  hypotheses.push_back(std::move(h));
-}
-
 }  // namespace
 
 void make_flow_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  if (symptoms.fails("flow")) {
-    add_kinds(symptoms, hypotheses);
-    add_scale(symptoms, hypotheses);
-    add_masks(hypotheses);
-  }
-  if (symptoms.fails("stereo")) add_disparity(symptoms, hypotheses);
+  if (!symptoms.fails("flow")) return;
+  add_kinds(symptoms, hypotheses);
+  add_scale(symptoms, hypotheses);
+  add_offset(symptoms, hypotheses);
+  add_steps(symptoms, hypotheses);
+  add_negated(symptoms, hypotheses);
+  add_plain_masks(symptoms, hypotheses);
+  add_masks(hypotheses);
 }
 
 }  // namespace terracast::validate

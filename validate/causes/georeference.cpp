@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/causes/height_fault.h"
 #include "validate/causes/trial.h"
 #include "validate/sampling.h"
 
@@ -145,25 +146,6 @@ std::optional<Offset> offset_of(const Trial& trial, bool is_of_origin) {
   return Offset{median(lat), median(lon), median(height)};
 }
 
-/// What the offset of all heights may be: heights above the geoid are off by less its undulation.
-enum class HeightFault { Geoid, GeoidTwice, Datum, Other };
-HeightFault height_fault(const Trial& trial, double off_m) {
-  // EGM96, EGM2008 and the data of countries lie within 2 m of each other nearly everywhere. A few
-  // metres are too often something else.
-  constexpr double kTolerance_m = 2.0;
-  constexpr double kLeast_m = 5.0;
-  if (std::abs(off_m) > kLeast_m && trial.undulation_m) {
-    const Geodetic& place = trial.sequence.origin;
-    const std::optional<double> undulation_m = trial.undulation_m(place.lat_deg, place.lon_deg);
-    if (undulation_m && std::abs(off_m + *undulation_m) < kTolerance_m) return HeightFault::Geoid;
-    if (undulation_m && std::abs(off_m - *undulation_m) < kTolerance_m)
-      return HeightFault::GeoidTwice;
-  }
-  // Vertical data lie decimetres (one geoid and another) to a hundred metres (a geoid and the
-  // ellipsoid) apart.
-  return std::abs(off_m) > 0.1 && std::abs(off_m) < 110.0 ? HeightFault::Datum : HeightFault::Other;
-}
-
 /// Constant offsets, found against the poses, or where these agree (KITTI's are placed by the rows)
 /// against the origin, which is the first place rounded.
 void add_offsets(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
@@ -196,20 +178,11 @@ void add_offsets(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
     if (height_m != 0.0 && lat_deg == 0.0 && lon_deg == 0.0) {
       const double off_m = sign * height_m;
       const HeightFault fault = height_fault(trial, off_m);
-      const char* side = off_m < 0.0 ? "low" : "high";
       const std::string words =
-          fault == HeightFault::Geoid
-              ? fmt::format(
-                    "heights are above the geoid where the ellipsoid is meant: {}{:.1f} m too {}",
-                    about, std::abs(off_m), side)
-              : fmt::format(
-                    "heights are {}{:.4g} m too {}{}", about, std::abs(off_m), side,
-                    fault == HeightFault::GeoidTwice
-                        ? where == Where::RowsOrOrigin
-                              ? ": the geoid's height added twice, or left out of the origin?"
-                              : ": the geoid's height added twice, or left out elsewhere?"
-                    : fault == HeightFault::Datum ? ": above another datum?"
-                                                  : "");
+          words_of_heights(fault, off_m, about,
+                           where == Where::RowsOrOrigin
+                               ? "the geoid's height added twice, or left out of the origin?"
+                               : "the geoid's height added twice, or left out elsewhere?");
       add(hypotheses, fault == HeightFault::Geoid ? "geoid" : "height_offset", where, 1, off_m, "m",
           words, [off_m](const Geodetic& p) {
             return Geodetic{p.lat_deg, p.lon_deg, p.height_m - off_m};
@@ -345,6 +318,50 @@ void add_float32(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
   }
 }
 
+/// Places in metres, where these read as latitudes and longitudes near 0.
+void add_axes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const Pose ecef_from_frame = ecef_from_local(symptoms.trial.sequence.origin);
+  add(hypotheses, "place_axes", Where::Rows, 1, 0.0, "",
+      "places are metres east, north, up where latitude, longitude and height are meant",
+      [=](const Geodetic& p) {
+        return geodetic_from_ecef(ecef_from_frame * Vector3d(p.lat_deg, p.lon_deg, p.height_m));
+      });
+  add(hypotheses, "place_axes", Where::Rows, 1, 0.0, "",
+      "places are metres north, east, down where latitude, longitude and height are meant",
+      [=](const Geodetic& p) {
+        return geodetic_from_ecef(ecef_from_frame * Vector3d(p.lon_deg, p.lat_deg, -p.height_m));
+      });
+}
+
+/// Numbers that the reader refused as places: "…: latitude 4708927.2, longitude 123308.1, height 4287525.6 is no place".
+void add_no_places(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  for (const CheckResult& result : symptoms.failed) {
+    if (result.name != "structure" || result.worst.find(kUnfitPlace[0]) == std::string::npos)
+      continue;
+    Vector3d found;
+    const std::size_t at = result.worst.find(": latitude ");
+    if (at == std::string::npos ||
+        std::sscanf(result.worst.c_str() + at, ": latitude %lf, longitude %lf, height %lf",
+                    &found[0], &found[1], &found[2]) != 3)
+      continue;
+    const Geodetic& origin = symptoms.trial.sequence.origin;
+    constexpr double kNear_m = 1e6;
+    if ((found - ecef_from_geodetic(origin)).norm() > kNear_m) continue;
+    Hypothesis h;
+    h.checks = {"structure"};
+    h.marks = {"structure", "georeference", "georeference_origin", "trajectory"};
+    h.undo = [](Trial&, Cause& cause) {
+      cause.name = "place_axes";
+      cause.explains = kUnfitPlace;
+      cause.words =
+          "georeference.csv: places are Earth-centred x, y, z (ECEF) where latitude, longitude and "
+          "height are meant";
+      return true;
+    };
+    hypotheses.push_back(std::move(h));
+  }
+}
+
 }  // namespace
 
 void make_georeference_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
@@ -364,6 +381,8 @@ void make_georeference_causes(const Symptoms& symptoms, std::vector<Hypothesis>&
                           p.height_m};
         });
   }
+  add_axes(symptoms, hypotheses);
+  add_no_places(symptoms, hypotheses);
   add_offsets(symptoms, hypotheses);
   add_rotations(symptoms, hypotheses);
   if (trial.num_frames() > 2) add_shifts(hypotheses);

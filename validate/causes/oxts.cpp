@@ -133,6 +133,33 @@ void add_other_place(const Symptoms& symptoms, std::vector<Hypothesis>& hypothes
   hypotheses.push_back(std::move(h));
 }
 
+/// Gravity that was taken off forces, in one set of axes or in both: off the upward axis of the place, or off the upward
+/// value of each set, as if the body were level.
+void add_gravity(std::vector<Hypothesis>& hypotheses) {
+  const auto add_up = [](OxtsPacket& p, double of_body_mps2, double of_level_mps2, bool is_level) {
+    p.force_level_mps2.z() += of_level_mps2;
+    p.force_imu_mps2 += of_body_mps2 * (is_level ? Vector3d(Vector3d::UnitZ())
+                                                 : Vector3d(p.level_from_imu.transpose().col(2)));
+  };
+  add(hypotheses, "gravity",
+      "forces have gravity downwards: at rest they are 9.8 m/s^2 down where up is meant", 1,
+      [=](OxtsPacket& p) { add_up(p, 2.0 * kGravity_mps2, 2.0 * kGravity_mps2, false); });
+  // Standard gravity, and what is often written for it.
+  for (const double gravity : {kGravity_mps2, 9.81})
+    for (const bool is_level : {false, true}) {
+      add(hypotheses, "gravity",
+          "forces lack gravity: at rest they are 0 where 9.8 m/s^2 upwards is meant", 1,
+          [=](OxtsPacket& p) { add_up(p, gravity, gravity, is_level); });
+      add(hypotheses, "gravity",
+          "forces in the body's axes lack gravity: at rest they are 0 where 9.8 m/s^2 upwards is "
+          "meant",
+          1, [=](OxtsPacket& p) { add_up(p, gravity, 0.0, is_level); });
+      add(hypotheses, "gravity",
+          "forces in level axes lack gravity: at rest they are 0 where 9.8 m/s^2 upwards is meant",
+          1, [=](OxtsPacket& p) { add_up(p, 0.0, gravity, is_level); });
+    }
+}
+
 }  // namespace
 
 void make_oxts_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
@@ -167,12 +194,7 @@ void make_oxts_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypothe
     p.force_imu_mps2 *= kGravity_mps2;
     p.force_level_mps2 *= kGravity_mps2;
   });
-  add(hypotheses, "gravity",
-      "forces lack gravity: at rest they are 0 where 9.8 m/s^2 upwards is meant", 1,
-      [](OxtsPacket& p) {
-        p.force_level_mps2.z() += kGravity_mps2;
-        p.force_imu_mps2 += kGravity_mps2 * p.level_from_imu.transpose().col(2);
-      });
+  add_gravity(hypotheses);
   add_other_place(symptoms, hypotheses);
 }
 

@@ -446,6 +446,31 @@ double color_disagreement(const Trial& trial) {
   });
 }
 
+std::vector<int> colored_cameras(const Trial& trial) {
+  std::vector<int> colored;
+  for (int c = 0; c < trial.num_cameras(); ++c) {
+    const core::Image8& color = trial.image(c, 0).color;
+    for (std::size_t i = 0; i + 2 < color.data().size(); i += 3)
+      if (color.data()[i] != color.data()[i + 2]) {
+        colored.push_back(c);
+        break;
+      }
+  }
+  return colored;
+}
+
+std::vector<std::vector<int>> groups_of_images(const Trial& trial) {
+  std::vector<int> all(static_cast<std::size_t>(trial.num_cameras()));
+  for (int c = 0; c < trial.num_cameras(); ++c) all[static_cast<std::size_t>(c)] = c;
+  std::vector<std::vector<int>> groups = {all};
+  if (const std::vector<int> colored = colored_cameras(trial);
+      colored.size() > 1 && colored.size() < all.size())
+    groups.push_back(colored);
+  if (all.size() > 1)
+    for (const int c : all) groups.push_back({c});
+  return groups;
+}
+
 bool Symptoms::fails(std::string_view check) const {
   return std::any_of(shares.begin(), shares.end(), [&](const auto& entry) {
     return entry.second > 1.0 && check_of(entry.first) == check;

@@ -100,11 +100,17 @@ double depth_disagreement(const Trial& trial);
 /// The same of 1 - correlation of patches.
 double color_disagreement(const Trial& trial);
 
+/// Cameras whose images may share a mistake: all, those with colours, each alone.
+std::vector<std::vector<int>> groups_of_images(const Trial& trial);
+/// Cameras whose images are not grey.
+std::vector<int> colored_cameras(const Trial& trial);
+
 /// Words of findings that follow from depths that are written otherwise: a depth that is none, a sky
 /// that has one.
 inline const std::vector<std::string> kUnfitDepth = {": depth ", "where depth is "};
 inline const std::vector<std::string> kUnfitSize = {" pixels where "};
 inline const std::vector<std::string> kUnfitClass = {": class "};
+inline const std::vector<std::string> kUnfitPlace = {" is no place"};
 
 /// A supposed cause.
 struct Hypothesis {

@@ -10,7 +10,7 @@
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
 
-/// What was done to the colours of single images: levels that are missing, marks of 8 x 8 blocks.
+/// What was done to the colours of single images: levels that are missing, marks of 8 x 8 blocks, plants that are blue.
 namespace terracast::validate {
 
 namespace {
@@ -98,6 +98,28 @@ double block_marks(const core::Image8& color) {
   return beside < kPlain ? -1.0 : beside / std::max(on_grid, 1e-3);
 }
 
+/// By how much bluer than red the plants of an image are: (blue - red) / (blue + red) of each pixel, near enough that the
+/// air between does not count, by a camera whose white is the scene's.
+std::vector<double> tints_of_plants(const Sequence& sequence, const View& view) {
+  constexpr float kFarthest_m = 500.0F;
+  const LoadedImage& image = *view.image;
+  std::vector<double> tints;
+  if (image.segmentation.empty() || image.depth.empty() ||
+      view.camera->imaging.white_balance != "scene")
+    return tints;
+  std::array<bool, 256> is_plant{};
+  for (const auto& [index, name] : sequence.classes)
+    if (name == "forest" || name == "shrubs" || name == "grass" || name == "crops")
+      if (index >= 0 && index < 256) is_plant[static_cast<std::size_t>(index)] = true;
+  for (std::size_t i = 0; i < image.segmentation.data().size(); ++i) {
+    const double red = image.color.data()[3 * i], blue = image.color.data()[3 * i + 2];
+    if (is_plant[image.segmentation.data()[i]] && image.depth.data()[i] < kFarthest_m &&
+        red + blue > 0.0)
+      tints.push_back((blue - red) / (blue + red));
+  }
+  return tints;
+}
+
 class ColorsChecker : public Checker {
  public:
   explicit ColorsChecker(const ValidateOptions&) {}
@@ -106,6 +128,7 @@ class ColorsChecker : public Checker {
     const auto num_cameras = window.sequence().cameras.size();
     std::vector<ImageMarks> marks(num_cameras);
     std::vector<std::string> places(num_cameras);
+    tints_.resize(num_cameras);
     core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
       const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
       if (!view || view->image->color.empty()) return;
@@ -115,6 +138,9 @@ class ColorsChecker : public Checker {
       marks[index] = {is_fine ? unused_levels(view->image->color) : -1.0,
                       block_marks(view->image->color)};
       places[index] = place_of(*view);
+      std::vector<double> tints = tints_of_plants(window.sequence(), *view);
+      constexpr std::size_t kEnough = 2000;
+      if (tints.size() >= kEnough) tints_[index].push_back(median(tints));
     });
     for (std::size_t i = 0; i < num_cameras; ++i) {
       levels_.add(i, marks[i].unused_levels, places[i]);
@@ -122,7 +148,7 @@ class ColorsChecker : public Checker {
     }
   }
 
-  std::vector<CheckResult> finish(const Dataset&, const Sequence&) override {
+  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
     CheckResult levels;
     levels.name = "colors_levels";
     levels.bound = 0.5;
@@ -149,10 +175,39 @@ class ColorsChecker : public Checker {
     blocks.reason =
         "Pixels of a scene know nothing of the grid: both are alike to a few in a hundred.";
     blocks.detects = "JPEG between rendering and export";
-    return {levels_.result(std::move(levels)), blocks_.result(std::move(blocks))};
+    return {levels_.result(std::move(levels)), blocks_.result(std::move(blocks)),
+            plants_result(sequence)};
   }
 
  private:
+  CheckResult plants_result(const Sequence& sequence) {
+    CheckResult plants;
+    plants.name = "colors_plants";
+    plants.bound = 0.05;
+    plants.unit = "of the colour";
+    plants.value = -1.0;
+    for (std::size_t camera = 0; camera < tints_.size(); ++camera)
+      if (!tints_[camera].empty())
+        note_worst(plants, median(tints_[camera]), sequence.cameras[camera].name);
+    if (plants.worst.empty())
+      return (sequence.classes.empty() ? skipped_result : unseen_result)(
+          plants.name,
+          sequence.classes.empty()
+              ? "the dataset holds no classes"
+              : "no image shows 2000 pixels of plants within 500 m, in the scene's white");
+    plants.ok = plants.is_within_bound();
+    plants.summary =
+        "(blue - red) / (blue + red) of pixels whose class is forest, shrubs, grass or crops: "
+        "median of an image's, and "
+        "of a camera's images.";
+    plants.reason =
+        "Leaves throw back more red than blue: by 0.1 to 0.3 in sunlight, and as much of both in "
+        "the blue light of the "
+        "sky alone.";
+    plants.detects = "colours in the order blue, green, red in all images";
+    return plants;
+  }
+
   struct Marks {
     std::map<std::size_t, std::vector<double>> values;  ///< by camera
     double worst = -1.0;
@@ -173,6 +228,7 @@ class ColorsChecker : public Checker {
     }
   };
   Marks levels_, blocks_;
+  std::vector<std::vector<double>> tints_;    ///< of each camera's images
   std::atomic<std::int64_t> num_coarse_ = 0;  ///< images of sensors of few bits
 };
 

@@ -4,10 +4,11 @@
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
+#include "validate/depth_marks.h"
 #include "validate/sampling.h"
 
-/// Depths of single images as numbers: how many different ones there are, and whether they end at
-/// one value.
+/// Depths of single images as numbers: how many different ones there are, whether they end at one value, to what they
+/// are rounded, and whether their edges are sharp.
 namespace terracast::validate {
 
 namespace {
@@ -16,6 +17,7 @@ namespace {
 struct DepthMarks {
   double pixels_per_value = 0.0;
   double share_at_most = 0.0;  ///< pixels that hold exactly the greatest depth
+  std::optional<DepthSteps> steps;
 };
 
 std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
@@ -34,7 +36,7 @@ std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
   // One depth everywhere is level ground seen straight from above.
   if (num_different == 1) return std::nullopt;
   return DepthMarks{count / static_cast<double>(num_different),
-                    static_cast<double>(num_most) / count};
+                    static_cast<double>(num_most) / count, find_steps(depth)};
 }
 
 class DepthChecker : public Checker {
@@ -47,17 +49,20 @@ class DepthChecker : public Checker {
     if (window.frame() % step != 0) return;
     const auto num_cameras = window.sequence().cameras.size();
     std::vector<std::optional<DepthMarks>> marks(num_cameras);
+    std::vector<DepthEdges> edges(num_cameras);
     core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
       const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
       // On level ground all that a camera sees straight below is equally deep.
       constexpr double kStraight = 1.0 - 1e-5;  // 0.26 deg
-      if (!view || view->image->depth.empty() ||
-          std::abs(view->local_from_camera.rotation(2, 2)) > kStraight)
-        return;
+      if (!view || view->image->depth.empty()) return;
+      edges[static_cast<std::size_t>(camera)] = find_edges(view->image->depth);
+      if (std::abs(view->local_from_camera.rotation(2, 2)) > kStraight) return;
       marks[static_cast<std::size_t>(camera)] = marks_of(view->image->depth);
     });
     for (std::size_t camera = 0; camera < num_cameras; ++camera) {
+      edges_.add(edges[camera]);
       if (!marks[camera]) continue;
+      if (marks[camera]->steps) shares_in_steps_.push_back(marks[camera]->steps->share);
       pixels_per_value_.push_back(marks[camera]->pixels_per_value);
       share_at_most_.push_back(marks[camera]->share_at_most);
       if (marks[camera]->share_at_most < worst_share_ && !worst_place_.empty()) continue;
@@ -68,17 +73,31 @@ class DepthChecker : public Checker {
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+    const bool has_depth =
+        std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
+          return std::any_of(camera.files.begin(), camera.files.end(),
+                             [](const FrameFiles& files) { return !files.depth.empty(); });
+        });
+    const auto none = has_depth ? unseen_result : skipped_result;
+    const auto why_none = [&](const char* why) {
+      return has_depth ? why : "the dataset holds no depth";
+    };
+    std::vector<CheckResult> results;
     if (pixels_per_value_.empty()) {
-      const bool has_depth =
-          std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
-            return std::any_of(camera.files.begin(), camera.files.end(),
-                               [](const FrameFiles& files) { return !files.depth.empty(); });
-          });
-      const auto none = has_depth ? unseen_result : skipped_result;
-      const char* why = has_depth ? "no image has 2000 depths off level ground seen from above"
-                                  : "the dataset holds no depth";
-      return {none("depth_levels", why), none("depth_limit", why)};
+      const char* why = why_none("no image has 2000 depths off level ground seen from above");
+      results = {none("depth_levels", why), none("depth_limit", why)};
+    } else {
+      results = {levels_result(), limit_result()};
     }
+    results.push_back(shares_in_steps_.empty()
+                          ? none("depth_steps", why_none("no image has 500 different depths"))
+                          : steps_result());
+    results.push_back(edges_result(none, why_none("surfaces have fewer than 100 edges")));
+    return results;
+  }
+
+ private:
+  CheckResult levels_result() {
     CheckResult levels;
     levels.name = "depth_levels";
     levels.value = median(pixels_per_value_);
@@ -89,6 +108,10 @@ class DepthChecker : public Checker {
         "Pixels that share a depth, to the bit: pixels by different values, median of the images.";
     levels.reason = "float32 tells depths of 100 m apart to 8 µm: nearly every pixel has its own.";
     levels.detects = "depth of 8 bits, or in steps of that size";
+    return levels;
+  }
+
+  CheckResult limit_result() {
     CheckResult limit;
     limit.name = "depth_limit";
     limit.value = median(share_at_most_);
@@ -100,11 +123,59 @@ class DepthChecker : public Checker {
         "Pixels that hold exactly the greatest depth of their image, median of the images.";
     limit.reason = "The farthest ground is one pixel.";
     limit.detects = "depth that is clipped; sky that is written as a depth";
-    return {std::move(levels), std::move(limit)};
+    return limit;
   }
 
- private:
+  CheckResult steps_result() {
+    CheckResult steps;
+    steps.name = "depth_steps";
+    steps.value = median(shares_in_steps_);
+    steps.bound = 0.5;
+    steps.unit = "share";
+    steps.ok = steps.is_within_bound();
+    steps.summary =
+        "Different depths of an image that are whole steps of a metre's decimal or binary part, or "
+        "have no more digits "
+        "than a float of 16 bits; the steps that fit most of them, median of the images.";
+    steps.reason =
+        "Of float32 one depth in twenty is such by chance, where float32's own steps are a "
+        "fortieth of them.";
+    steps.detects =
+        "steps of a millimetre up to 200 m, of a centimetre up to 2 km; floats of 16 bits";
+    return steps;
+  }
+
+  template <class None>
+  CheckResult edges_result(const None& none, const char* why_none) {
+    CheckResult edges;
+    edges.name = "depth_edges";
+    edges.bound = 0.8;
+    edges.unit = "share";
+    bool is_seen = false;
+    for (const auto& [count, what] : {std::pair(edges_.steps, "steps from surface to surface"),
+                                      std::pair(edges_.ends, "ends of surfaces before the sky")}) {
+      const std::optional<double> share = count.share_of_ramps();
+      if (!share) continue;
+      is_seen = true;
+      note_worst(edges, *share, fmt::format("{} of {} {}", count.num_ramps, count.num_edges, what));
+    }
+    if (!is_seen) return none(edges.name, why_none);
+    edges.ok = edges.is_within_bound();
+    edges.summary =
+        "Edges of surfaces that are spread over pixels, or end in depths of no surface: of steps "
+        "of a fifth within "
+        "seven pixels, and of ends before the sky, whichever has the larger share.";
+    edges.reason =
+        "A ray meets one surface or the other: only walls that are seen at a slant make a ramp, "
+        "and have an edge "
+        "behind them.";
+    edges.detects = "depth that was blurred, or made larger or smaller by mixing pixels";
+    return edges;
+  }
+
   ValidateOptions options_;
+  std::vector<double> shares_in_steps_;
+  DepthEdges edges_;
   std::vector<double> pixels_per_value_, share_at_most_;
   double worst_share_ = 0.0;
   std::string worst_place_;

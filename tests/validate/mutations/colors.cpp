@@ -9,7 +9,7 @@
 namespace terracast::test {
 
 void add_color_mutations(std::vector<Mutation>& list) {
-  const Catalogue add(list);
+  const Catalogue add(list), add_in_one(list, true);
   add(
       "ChannelOrder", kAll,
       [](const RightDataset& d, const fs::path& folder) {
@@ -66,6 +66,26 @@ void add_color_mutations(std::vector<Mutation>& list) {
                         std::nullopt,
                         0.0};
       });
+  // In one order all images agree with each other: plants tell.
+  add_in_one(
+      "ChannelOrderOfAllCameras", kFlow,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_colors(d, folder, 0, [&](std::size_t c, std::size_t f) {
+          return with_channels_swapped(d.recording.color[c][f]);
+        });
+        core::write_file(folder / "Hills/seg_label_map.json",
+                         std::string_view(R"({"name_map": {"sky": 0, "grass": 1, "water": 2}})"));
+      },
+      says({"colours of all cameras stand in the order blue, green, red (BGR)"}));
+  add_in_one(
+      "ImagesHalfAPixelOff", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_colors(d, folder, 0, [&](std::size_t c, std::size_t f) {
+          return shifted_by_half(d.recording.color[c][f]);
+        });
+      },
+      says({"images of ", "are shifted by (0.5", "px against depth and poses"}, std::sqrt(0.5),
+           0.06));
   for (const bool is_left_right : {true, false})
     add(
         is_left_right ? "ImagesMirrored" : "ImagesUpsideDown", kAll,

@@ -7,7 +7,7 @@
 namespace terracast::test {
 
 void add_depth_mutations(std::vector<Mutation>& list) {
-  const Catalogue add(list);
+  const Catalogue add(list), add_in_one(list, true);
   add(
       "DepthIsRange", kAll,
       [](const RightDataset& d, const fs::path& folder) {
@@ -69,6 +69,47 @@ void add_depth_mutations(std::vector<Mutation>& list) {
         edit_depths(d, folder, [](double m, const Vector3d&) { return std::round(4.0 * m) / 4.0; });
       },
       says({"depth is quantised: ", "in steps of 0.25 m"}, 0.25, 1e-6));
+  for (const bool is_fine : {false, true})
+    add_in_one(
+        is_fine ? "DepthInMillimetreSteps" : "DepthInCentimetreSteps", kAll,
+        [is_fine](const RightDataset& d, const fs::path& folder) {
+          const double steps_per_m = is_fine ? 1000.0 : 100.0;
+          edit_depths(d, folder, [&](double m, const Vector3d&) {
+            return std::round(steps_per_m * m) / steps_per_m;
+          });
+        },
+        says({"depth is quantised: ", is_fine ? "steps of 0.001 m" : "steps of 0.01 m"},
+             is_fine ? 1e-3 : 1e-2, 1e-9));
+  add_in_one(
+      "DepthOfFloat16", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) {
+          if (!std::isfinite(m)) return m;
+          int exponent = 0;
+          const double mantissa = std::frexp(m, &exponent);
+          return std::ldexp(std::nearbyint(std::ldexp(mantissa, 11)), exponent - 11);
+        });
+      },
+      says({"depth is rounded to 16-bit floats"}, 11.0, 0.0));
+  add_in_one(
+      "DepthBlurred", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        // The numbers of the file, by the binomial filter of five pixels both ways; the sky's among them.
+        static constexpr double kWeights[] = {1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
+        write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+          const auto& depth = d.recording.depth[c][f];
+          double sum = 0.0;
+          for (int dy = -2; dy <= 2; ++dy)
+            for (int dx = -2; dx <= 2; ++dx) {
+              const double m = depth(std::clamp(x + dx, 0, depth.width() - 1),
+                                     std::clamp(y + dy, 0, depth.height() - 1));
+              sum += kWeights[dx + 2] * kWeights[dy + 2] *
+                     (std::isfinite(m) ? m : static_cast<double>(sky_of(d)));
+            }
+          return sum;
+        });
+      },
+      says({"depth is blurred"}));
   add(
       "DepthOffset", kAll,
       [](const RightDataset& d, const fs::path& folder) {

@@ -510,6 +510,19 @@ core::Image8 with_channels_swapped(core::Image8 image) {
   return image;
 }
 
+core::Image8 shifted_by_half(const core::Image8& image) {
+  core::Image8 result = image;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      for (int k = 0; k < image.channels(); ++k) {
+        const int left = std::max(x - 1, 0), above = std::max(y - 1, 0);
+        const int sum =
+            image(x, y, k) + image(left, y, k) + image(x, above, k) + image(left, above, k);
+        result(x, y, k) = static_cast<std::uint8_t>((sum + 2) / 4);
+      }
+  return result;
+}
+
 std::function<Expected(const RightDataset&)> says(std::vector<std::string> words) {
   return [words = std::move(words)](const RightDataset&) {
     return Expected{words, std::nullopt, 0.0};

@@ -132,6 +132,8 @@ void edit_flows(const RightDataset& d, const fs::path& folder,
 /// 50, times `scale`; each channel alone.
 core::Image8 compressed(const core::Image8& image, double scale);
 core::Image8 with_channels_swapped(core::Image8 image);
+/// Half a pixel to the right and down: each pixel is the mean of itself and those left, above and beside these.
+core::Image8 shifted_by_half(const core::Image8& image);
 
 // ---------------------------------------------------------------- the catalogue
 
@@ -143,16 +145,20 @@ std::function<Expected(const RightDataset&)> says(std::vector<std::string> words
 /// Adds corruptions to the list, one a call.
 class Catalogue {
  public:
-  explicit Catalogue(std::vector<Mutation>& list) : list_(list) {}
+  /// is_in_one_format  of each corruption that it adds
+  explicit Catalogue(std::vector<Mutation>& list, bool is_in_one_format = false)
+      : list_(list), is_in_one_format_(is_in_one_format) {}
   void operator()(const char* name, std::vector<std::string> formats,
                   std::function<void(const RightDataset&, const fs::path& folder)> change,
                   std::function<Expected(const RightDataset&)> expected,
                   bool is_listed = true) const {
-    list_.push_back({name, std::move(formats), std::move(change), std::move(expected), is_listed});
+    list_.push_back({name, std::move(formats), std::move(change), std::move(expected), is_listed,
+                     is_in_one_format_});
   }
 
  private:
   std::vector<Mutation>& list_;
+  bool is_in_one_format_ = false;
 };
 
 /// One a file of this folder.
@@ -165,5 +171,7 @@ void add_color_mutations(std::vector<Mutation>& list);
 void add_georeference_mutations(std::vector<Mutation>& list);
 void add_label_mutations(std::vector<Mutation>& list);
 void add_file_mutations(std::vector<Mutation>& list);
+void add_order_mutations(std::vector<Mutation>& list);
+void add_point_mutations(std::vector<Mutation>& list);
 
 }  // namespace terracast::test

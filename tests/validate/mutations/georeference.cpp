@@ -8,7 +8,7 @@
 namespace terracast::test {
 
 void add_georeference_mutations(std::vector<Mutation>& list) {
-  const Catalogue add(list);
+  const Catalogue add(list), add_in_one(list, true);
   add(
       "GeoidLeftOut", kAll,
       [](const RightDataset& d, const fs::path& folder) {
@@ -74,6 +74,18 @@ void add_georeference_mutations(std::vector<Mutation>& list) {
         });
       },
       says({"georeference.csv: latitude and longitude are in radians"}));
+  for (const bool is_ecef : {true, false})
+    add_in_one(
+        is_ecef ? "PlacesInEcef" : "PlacesInEnu", kAll,
+        [is_ecef](const RightDataset& d, const fs::path& folder) {
+          edit_georeference(d, folder, [&](std::array<double, 8>& row) {
+            const ScenePlace place{row[1], row[2], row[3]};
+            const Vector3d at = is_ecef ? ecef_of(place) : scene_from_place(place);
+            for (std::size_t k = 0; k < 3; ++k) row[1 + k] = at[static_cast<int>(k)];
+          });
+        },
+        says({is_ecef ? "georeference.csv: places are Earth-centred x, y, z (ECEF)"
+                      : "georeference.csv: places are metres east, north, up"}));
   const auto edit_rotations = [](const std::function<Matrix3d(const Matrix3d&)>& change) {
     return [change](const RightDataset& d, const fs::path& folder) {
       edit_georeference(d, folder, [&](std::array<double, 8>& row) {
@@ -251,6 +263,33 @@ void add_georeference_mutations(std::vector<Mutation>& list) {
         write_kitti_raw(d.recording, folder, mistake);
       },
       says({"forces lack gravity"}));
+  // Taken off the upward value of one set of axes, or of both, as if these were level.
+  struct Axes {
+    const char* name;
+    const char* words;
+    bool is_of_body, is_of_level;
+  };
+  for (const Axes& axes :
+       {Axes{"GravityLeftOutOfBodyAxes", "forces in the body's axes lack gravity", true, false},
+        Axes{"GravityLeftOutOfLevelAxes", "forces in level axes lack gravity", false, true},
+        Axes{"GravityLeftOutOfBothUps", "forces lack gravity", true, true}})
+    add_in_one(
+        axes.name, {"kitti_raw"},
+        [axes](const RightDataset& d, const fs::path& folder) {
+          edit_packets(d, folder, [&](std::vector<double>& n) {
+            if (axes.is_of_body) n[13] -= 9.81;
+            if (axes.is_of_level) n[16] -= 9.81;
+          });
+        },
+        says({axes.words}));
+  add_in_one(
+      "GravityDownwards", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        Mistake mistake;
+        mistake.oxts.gravity = -1.0;
+        write_kitti_raw(d.recording, folder, mistake);
+      },
+      says({"forces have gravity downwards"}));
 }
 
 }  // namespace terracast::test

@@ -124,10 +124,20 @@ bool is_unseeable(const std::string& mutation, const std::string& format, test::
                      });
 }
 
+/// Formats in which an ordinary run tries each mutation that it tries in one alone: by turns.
+std::map<std::string, std::string> single_formats() {
+  std::map<std::string, std::string> formats;
+  for (const test::Mutation& mutation : test::mutations())
+    if (mutation.is_in_one_format)
+      formats[mutation.name] = mutation.formats[formats.size() % mutation.formats.size()];
+  return formats;
+}
+
 /// All in recorded runs. Else each mutation on one of a format's two flights, by turns; TartanAir's images are
-/// large: of its cases every fifth.
+/// large: of its cases every fifth. Those that are tried in one format are tried there in any case.
 std::vector<Case> cases() {
   const bool is_full = test::is_recorded_run();
+  const std::map<std::string, std::string> single_format = single_formats();
   constexpr int kEvery = 5;
   int num_of_tartan = 0;
   std::vector<Case> list;
@@ -140,12 +150,16 @@ std::vector<Case> cases() {
       std::vector<test::Path> paths = {test::Path::Curved};
       if (!is_unseeable(mutation.name, format, test::Path::Straight))
         paths.push_back(test::Path::Straight);
-      if (!is_full && !format.starts_with("tartanair")) {
+      const auto single = single_format.find(mutation.name);
+      const bool is_single = !is_full && single != single_format.end();
+      if (is_single && single->second != format) continue;
+      if (is_single || (!is_full && !format.starts_with("tartanair"))) {
         if (paths.size() > 1) paths.erase(is_curved_next ? paths.end() - 1 : paths.begin());
         is_curved_next = !is_curved_next;
       }
       for (const test::Path path : paths)
-        if (is_full || !format.starts_with("tartanair") || num_of_tartan++ % kEvery == 0)
+        if (is_full || is_single || !format.starts_with("tartanair") ||
+            num_of_tartan++ % kEvery == 0)
           list.push_back({&mutation, format, path});
     }
   }

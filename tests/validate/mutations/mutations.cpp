@@ -92,6 +92,8 @@ const std::vector<Mutation>& mutations() {
     add_georeference_mutations(all);
     add_label_mutations(all);
     add_file_mutations(all);
+    add_order_mutations(all);
+    add_point_mutations(all);
     return all;
   }();
   return list;
@@ -164,6 +166,33 @@ const std::vector<Unseeable>& unseeable_mutations() {
       {"ClassesOfOneFramePermuted", "", "the format holds no classes"},
       {"ObservationsHalfAPixelOff", "", "the format holds no points"},
       {"TracksOfOtherFrame", "", "the format holds no points"},
+      {"PointsMoved", "", "the format holds no points"},
+      {"PointsScaled", "", "the format holds no points"},
+      {"PointsInMillimetres", "", "the format holds no points"},
+      {"PointsInNed", "", "the format holds no points"},
+      {"PointsTurned", "", "the format holds no points"},
+      {"RegistrationInEcef", "", "the format holds no georegistration.txt"},
+      {"RegistrationInEnu", "", "the format holds no georegistration.txt"},
+      {"RegistrationInNed", "", "the format holds no georegistration.txt"},
+      {"RegistrationLatitudeForLongitude", "", "the format holds no georegistration.txt"},
+      {"RegistrationInRadians", "", "the format holds no georegistration.txt"},
+      {"RegistrationAboveGeoid", "", "the format holds no georegistration.txt"},
+      {"RegistrationHeightsDown", "", "the format holds no georegistration.txt"},
+      {"RegistrationTooHigh", "", "the format holds no georegistration.txt"},
+      {"RegistrationOfOtherFrame", "", "the format holds no georegistration.txt"},
+      {"PosesOfImagesPermuted", "", "a file or its rows hold the poses of one camera"},
+      {"ChannelOrderOfAllCameras", "", "it is ChannelOrder: grey images or points tell"},
+      {"FlowOffset", "", "the format holds no flow"},
+      {"FlowOneColumnOff", "", "the format holds no flow"},
+      {"BackwardFlowIsMinusForward", "", "the format holds no backward flow"},
+      {"MasksAllOne", "", "the format holds no flow"},
+      {"MasksAllZero", "", "the format holds no flow"},
+      {"FlowReversed", "", "the format holds no flow"},
+      {"DisparityOfTheRightCamera", "", "the format holds no disparity"},
+      {"GravityLeftOutOfBodyAxes", "", "the format holds no forces"},
+      {"GravityLeftOutOfLevelAxes", "", "the format holds no forces"},
+      {"GravityLeftOutOfBothUps", "", "the format holds no forces"},
+      {"GravityDownwards", "", "the format holds no forces"},
   };
   return list;
 }

@@ -44,6 +44,8 @@ struct Mutation {
   std::function<void(const RightDataset&, const std::filesystem::path& folder)> corrupt;
   std::function<Expected(const RightDataset&)> expected;
   bool is_listed = true;  ///< in dataset.json's list of files
+  /// Ordinary runs try it in one of its formats, by turns; recorded ones in all.
+  bool is_in_one_format = false;
 };
 
 const std::vector<Mutation>& mutations();

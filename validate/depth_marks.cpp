@@ -1,0 +1,175 @@
+#include "validate/depth_marks.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace terracast::validate {
+
+namespace {
+
+constexpr std::size_t kEnoughValues = 500;
+constexpr double kNearlyAll = 0.9;
+
+/// Share of the values that are whole multiples of a step, of those that would not mostly be so by chance: float32
+/// rounds by half its last digit.
+double share_of_multiples(const std::vector<float>& values, double step_m) {
+  constexpr double kLikely = 0.05;
+  std::size_t num_multiples = 0, num_told = 0;
+  for (const float value : values) {
+    const auto exact = static_cast<double>(value);
+    const double rounding_m =
+        0.5 *
+        (static_cast<double>(std::nextafter(value, std::numeric_limits<float>::max())) - exact);
+    const double tolerance = 1.01 * rounding_m / step_m;
+    if (2.0 * tolerance > kLikely) continue;
+    ++num_told;
+    const double multiple = exact / step_m;
+    if (std::abs(multiple - std::round(multiple)) <= tolerance + 1e-9) ++num_multiples;
+  }
+  return num_told < kEnoughValues
+             ? 0.0
+             : static_cast<double>(num_multiples) / static_cast<double>(num_told);
+}
+
+/// Significant binary digits of a float32, at most 24.
+int num_bits_of(float value) {
+  constexpr std::uint32_t kMantissa = (1U << 23U) - 1U;
+  const std::uint32_t mantissa = std::bit_cast<std::uint32_t>(value) & kMantissa;
+  return mantissa == 0 ? 1 : 24 - std::countr_zero(mantissa);
+}
+
+/// The digits that nearly all values have at most, in each octave that has many of them; 24 where octaves differ, as
+/// they do of fixed steps.
+int num_bits_of(const std::vector<float>& values) {
+  constexpr std::size_t kMany = 100;
+  std::array<std::vector<int>, 256> bits;
+  for (const float value : values)
+    bits[std::bit_cast<std::uint32_t>(value) >> 23U & 0xffU].push_back(num_bits_of(value));
+  int common = 0;
+  for (std::vector<int>& octave : bits) {
+    if (octave.size() < kMany) continue;
+    const auto rank = static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(octave.size() - 1));
+    std::nth_element(octave.begin(), octave.begin() + rank, octave.end());
+    if (common != 0 && octave[static_cast<std::size_t>(rank)] != common) return 24;
+    common = octave[static_cast<std::size_t>(rank)];
+  }
+  return common == 0 ? 24 : common;
+}
+
+/// Inverse depths along a row or column; 0 where there is no depth.
+using Line = std::vector<double>;
+
+bool is_smooth(double a, double b, double step) { return std::abs(a - b) < 0.1 * step; }
+
+void count_steps(const Line& line, DepthEdges::Count& edges) {
+  constexpr int kRadius = 3;
+  for (std::size_t i = kRadius + 1; i + kRadius + 1 < line.size(); ++i) {
+    const double* w = &line[i];
+    if (std::any_of(w - kRadius - 1, w + kRadius + 2, [](double one) { return one <= 0.0; }))
+      continue;
+    const double step = std::abs(w[kRadius] - w[-kRadius]);
+    constexpr double kStep = 0.2;
+    if (step < kStep * std::max(w[kRadius], w[-kRadius])) continue;
+    if (!is_smooth(w[-kRadius], w[-kRadius - 1], step) ||
+        !is_smooth(w[kRadius], w[kRadius + 1], step))
+      continue;
+    double largest = 0.0;
+    for (int k = -kRadius; k < kRadius; ++k) largest = std::max(largest, std::abs(w[k + 1] - w[k]));
+    ++edges.num_edges;
+    constexpr double kSharp = 0.6;
+    if (largest < kSharp * step) ++edges.num_ramps;
+  }
+}
+
+void count_ends(const Line& line, DepthEdges::Count& edges) {
+  constexpr int kInside = 6;
+  for (std::size_t i = 1; i + 1 < line.size(); ++i)
+    for (const int way : {1, -1}) {
+      const auto at = [&](int k) {
+        const auto index = static_cast<std::ptrdiff_t>(i) + way * k;
+        return index < 0 || index >= static_cast<std::ptrdiff_t>(line.size())
+                   ? 0.0
+                   : line[static_cast<std::size_t>(index)];
+      };
+      if (at(-1) > 0.0 || at(0) <= 0.0 || at(kInside) <= 0.0) continue;
+      // Filters reach a few pixels in and out: further in the ground is as it was.
+      const double slope = at(kInside - 1) - at(kInside);
+      if (at(kInside - 1) <= 0.0 || std::abs(slope) > 0.02 * at(kInside)) continue;
+      const double expected = std::max(at(kInside) + kInside * slope, 0.1 * at(kInside));
+      ++edges.num_edges;
+      constexpr double kNearer = 3.0, kFarther = 0.1;
+      if (at(0) > kNearer * expected || at(0) < kFarther * expected) ++edges.num_ramps;
+    }
+}
+
+}  // namespace
+
+std::optional<DepthSteps> find_steps(const core::ImageF& depth) {
+  constexpr std::size_t kPixels = 200'000;  // tell as much as all
+  const std::size_t step = std::max<std::size_t>(1, depth.data().size() / kPixels);
+  std::vector<float> values;
+  for (std::size_t i = 0; i < depth.data().size(); i += step)
+    if (const float value = depth.data()[i]; std::isfinite(value) && value > 0.0F)
+      values.push_back(value);
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  if (values.size() < kEnoughValues) return std::nullopt;
+  constexpr int kFloat16 = 11, kBfloat16 = 8;
+  const int num_bits = num_bits_of(values);
+  if (num_bits == kFloat16 || num_bits == kBfloat16) return DepthSteps{0.0, num_bits, 1.0};
+  DepthSteps best;
+  for (const double unit_m : {1.0, 0.1, 0.01, 0.001, 0.0001})
+    for (const double part : {1.0, 0.5, 0.25, 0.2}) {
+      const double step_m = unit_m * part;
+      const double share = share_of_multiples(values, step_m);
+      if (share > best.share && best.share < kNearlyAll) best = {step_m, 0, share};
+    }
+  for (int power = 0; power <= 12 && best.share < kNearlyAll; ++power) {
+    const double step_m = std::ldexp(1.0, -power);
+    const double share = share_of_multiples(values, step_m);
+    if (share > best.share) best = {step_m, 0, share};
+  }
+  return best;
+}
+
+std::optional<double> DepthEdges::Count::share_of_ramps() const {
+  constexpr int kEnough = 100;
+  if (num_edges < kEnough) return std::nullopt;
+  return static_cast<double>(num_ramps) / num_edges;
+}
+
+void DepthEdges::add(const DepthEdges& other) {
+  steps.num_edges += other.steps.num_edges;
+  steps.num_ramps += other.steps.num_ramps;
+  ends.num_edges += other.ends.num_edges;
+  ends.num_ramps += other.ends.num_ramps;
+}
+
+DepthEdges find_edges(const core::ImageF& depth) {
+  DepthEdges edges;
+  const auto inverse_of = [&](int x, int y) {
+    const auto depth_m = static_cast<double>(depth(x, y));
+    return std::isfinite(depth_m) && depth_m > 0.0 ? 1.0 / depth_m : 0.0;
+  };
+  const auto count = [&](const Line& line) {
+    count_steps(line, edges.steps);
+    count_ends(line, edges.ends);
+  };
+  for (int y = 0; y < depth.height(); ++y) {
+    Line line;
+    for (int x = 0; x < depth.width(); ++x) line.push_back(inverse_of(x, y));
+    count(line);
+  }
+  for (int x = 0; x < depth.width(); ++x) {
+    Line line;
+    for (int y = 0; y < depth.height(); ++y) line.push_back(inverse_of(x, y));
+    count(line);
+  }
+  return edges;
+}
+
+}  // namespace terracast::validate
