@@ -442,8 +442,8 @@ void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypoth
   if (symptoms.fails_result("structure")) add_bytes(symptoms, hypotheses);
   if (cameras_with_depth(symptoms.trial).empty()) return;
   if (symptoms.fails("depth")) {
-    add_limits(symptoms, hypotheses);
     add_steps(symptoms, hypotheses);
+    add_limits(symptoms, hypotheses);
     add_blur(symptoms, hypotheses);
   }
   // Depths that are wrong by far share no places, so that reprojection shows nothing. What is

@@ -119,52 +119,103 @@ void take_depth(LoadedImage& image, const LoadedImage& from) {
 }
 void take_flow(LoadedImage& image, const LoadedImage& from) { image.flow = from.flow; }
 
-/// The order of a camera's images in which neighbouring frames agree best; nothing where they stand so, or where there
-/// is nothing to tell by.
-/// take          what may be in another order
-/// disagreement  of a trial of two frames
-std::optional<Order> best_order(const Trial& trial, int camera, Take take,
-                                double (*disagreement)(const Trial&)) {
-  const int count = trial.num_frames();
-  if (count < 2) return std::nullopt;
-  // What frames a and a + 1 disagree by where they have the images i and k.
-  const auto index = [count](int a, int i, int k) {
-    return static_cast<std::size_t>((a * count + i) * count + k);
-  };
-  std::vector<double> costs(static_cast<std::size_t>(count * count * count), 0.0);
-  for (int a = 0; a + 1 < count; ++a) {
+/// Images that may be in another order, and how neighbouring frames tell that they are not.
+struct Kind {
+  const char* what;
+  const char* name;  ///< of the cause
+  Take take;
+  double (*disagreement)(const Trial&);
+  double most;  ///< of frames that stand where they belong
+  std::vector<std::string_view> checks;
+};
+const Kind kColors = {"colours",          "color_order", take_color,
+                      color_disagreement, 0.5,           {"photometric", "stereo"}};
+const Kind kDepths = {
+    "depths",
+    "depth_order",
+    take_depth,
+    depth_disagreement,
+    0.05,
+    {"reprojection", "flow", "stereo", "photometric", "segmentation", "colmap_point_depths"}};
+
+/// What neighbouring frames of a trial disagree by, whatever images they have.
+class NeighbourCosts {
+ public:
+  NeighbourCosts(const Trial& trial, int camera, const Kind& kind)
+      : count_(trial.num_frames()),
+        costs_(static_cast<std::size_t>(count_ * count_ * count_), 0.0) {
+    for (int a = 0; a + 1 < count_; ++a) {
+      Trial two = trial;
+      two.sequence = part_of(trial.sequence, a, 2, {camera});
+      const auto image_at = [&](int frame) {
+        return trial.images[static_cast<std::size_t>(frame)][static_cast<std::size_t>(camera)];
+      };
+      for (int i = 0; i < count_; ++i)
+        for (int k = 0; k < count_; ++k) {
+          if (i == k) continue;
+          two.images = {{image_at(a)}, {image_at(a + 1)}};
+          kind.take(two.edit(0, 0), trial.image(camera, i));
+          kind.take(two.edit(0, 1), trial.image(camera, k));
+          costs_[index(a, i, k)] = kind.disagreement(two);
+        }
+    }
+  }
+  double sum(const std::vector<int>& order) const {
+    double sum = 0.0;
+    for (int a = 0; a + 1 < count_; ++a) sum += cost(order, a);
+    return sum;
+  }
+  double largest(const std::vector<int>& order) const {
+    double largest = 0.0;
+    for (int a = 0; a + 1 < count_; ++a) largest = std::max(largest, cost(order, a));
+    return largest;
+  }
+
+ private:
+  std::size_t index(int a, int i, int k) const {
+    return static_cast<std::size_t>((a * count_ + i) * count_ + k);
+  }
+  double cost(const std::vector<int>& order, int a) const {
+    return costs_[index(a, order[static_cast<std::size_t>(a)],
+                        order[static_cast<std::size_t>(a) + 1])];
+  }
+
+  int count_;
+  std::vector<double> costs_;
+};
+
+/// Whether all neighbouring frames of a camera agree as they stand.
+bool do_neighbours_agree(const Trial& trial, int camera, const Kind& kind) {
+  for (int a = 0; a + 1 < trial.num_frames(); ++a) {
     Trial two = trial;
     two.sequence = part_of(trial.sequence, a, 2, {camera});
-    for (int i = 0; i < count; ++i)
-      for (int k = 0; k < count; ++k) {
-        if (i == k) continue;
-        two.images = {
-            {trial.images[static_cast<std::size_t>(a)][static_cast<std::size_t>(camera)]},
-            {trial.images[static_cast<std::size_t>(a + 1)][static_cast<std::size_t>(camera)]}};
-        take(two.edit(0, 0), trial.image(camera, i));
-        take(two.edit(0, 1), trial.image(camera, k));
-        costs[index(a, i, k)] = disagreement(two);
-      }
+    two.images.clear();
+    for (const int frame : {a, a + 1})
+      two.images.push_back(
+          {trial.images[static_cast<std::size_t>(frame)][static_cast<std::size_t>(camera)]});
+    if (kind.disagreement(two) > kind.most) return false;
   }
-  const auto cost_of = [&](const std::vector<int>& order) {
-    double sum = 0.0;
-    for (int a = 0; a + 1 < count; ++a)
-      sum += costs[index(a, order[static_cast<std::size_t>(a)],
-                         order[static_cast<std::size_t>(a + 1)])];
-    return sum;
-  };
-  std::vector<int> order(static_cast<std::size_t>(count));
+  return true;
+}
+
+constexpr double kClearlyBetter = 0.8;
+
+/// The order of a camera's images in which all neighbouring frames agree; nothing where they stand so, or where there is
+/// nothing to tell by.
+std::optional<Order> best_order(const Trial& trial, int camera, const Kind& kind) {
+  if (trial.num_frames() < 2 || do_neighbours_agree(trial, camera, kind)) return std::nullopt;
+  const NeighbourCosts costs(trial, camera, kind);
+  std::vector<int> order(static_cast<std::size_t>(trial.num_frames()));
   std::iota(order.begin(), order.end(), 0);
   std::vector<int> best = order;
-  const double as_it_is = cost_of(order);
+  const double as_it_is = costs.sum(order);
   double least = as_it_is;
   while (std::next_permutation(order.begin(), order.end()))
-    if (cost_of(order) < least) {
-      least = cost_of(order);
+    if (const double sum = costs.sum(order); sum < least) {
+      least = sum;
       best = order;
     }
-  constexpr double kClearlyBetter = 0.8;
-  if (!(least < kClearlyBetter * as_it_is)) return std::nullopt;
+  if (!(least < kClearlyBetter * as_it_is) || costs.largest(best) > kind.most) return std::nullopt;
   return Order{best, trial.first_frame, words_of(inverse_of(best), trial.first_frame)};
 }
 
@@ -175,49 +226,42 @@ std::vector<int> all_cameras(const Trial& trial) {
 }
 
 /// Orders that a sequence's images may have: those of programs, and what each camera's own frames tell.
-std::vector<Order> orders_of(const Trial& trial, Take take, double (*disagreement)(const Trial&)) {
-  std::vector<Order> orders;
-  if (const Sequence* whole = whole_of(trial)) orders = known_orders(whole->num_frames);
+std::vector<Order> orders_of(const Trial& trial, const Kind& kind) {
+  std::vector<Order> orders = known_orders(whole_of(trial)->num_frames);
   for (int c = 0; c < trial.num_cameras(); ++c) {
     if (trial.image(c, 0).depth.empty()) continue;
-    const auto order = best_order(trial, c, take, disagreement);
+    const auto order = best_order(trial, c, kind);
     if (order && std::find(orders.begin(), orders.end(), *order) == orders.end())
       orders.push_back(*order);
   }
   return orders;
 }
 
-/// Orders of colours or depths.
-/// rank  that of the first order
-void add_images(const Symptoms& symptoms, const char* what, const char* name, Take take,
-                double (*disagreement)(const Trial&), double as_they_are,
-                const std::vector<std::string_view>& checks, std::vector<Hypothesis>& hypotheses) {
+void add_images(const Symptoms& symptoms, const Kind& kind, std::vector<Hypothesis>& hypotheses) {
   const Trial& trial = symptoms.trial;
+  const double as_they_are = kind.disagreement(trial);
   const std::vector<std::vector<int>> groups = groups_of_images(trial);
-  int rank = 3;
-  for (const Order& order : orders_of(trial, take, disagreement)) {
+  for (const Order& order : orders_of(trial, kind))
     for (const std::vector<int>& cameras : groups) {
       Trial tried = trial;
-      put_in_order(tried, order, cameras, take, trial.num_frames());
-      constexpr double kClearlyBetter = 0.8;
-      if (disagreement(tried) > kClearlyBetter * as_they_are) continue;
+      put_in_order(tried, order, cameras, kind.take, trial.num_frames());
+      if (kind.disagreement(tried) > kClearlyBetter * as_they_are) continue;
       Hypothesis h;
-      h.checks = checks;
-      h.rank = rank + (cameras.size() == groups[0].size() ? 0 : 1);
+      h.checks = kind.checks;
+      // An order keeps every image; a shift leaves frames at the ends without.
+      h.rank = cameras.size() == groups[0].size() ? 0 : 1;
       h.undo = [=](Trial& t, Cause& cause) {
-        put_in_order(t, order, cameras, take, t.num_frames());
-        cause.name = name;
+        put_in_order(t, order, cameras, kind.take, t.num_frames());
+        cause.name = kind.name;
         cause.camera = cameras.size() == 1 ? t.camera(cameras[0]).name : "";
         cause.explains = kUnfitDepth;
         cause.explains.insert(cause.explains.end(), kUnfitClass.begin(), kUnfitClass.end());
-        cause.words = fmt::format("{} of {} stand in another order: {}", what,
+        cause.words = fmt::format("{} of {} stand in another order: {}", kind.what,
                                   t.camera_names(cameras), order.words);
         return true;
       };
       hypotheses.push_back(std::move(h));
     }
-    rank = 4;
-  }
 }
 
 /// Flow of pairs of frames, which are one fewer than frames.
@@ -413,15 +457,9 @@ void make_order_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypoth
   if (symptoms.fails("oxts")) add_stated_poses(symptoms, hypotheses);
   if (symptoms.fails("georeference")) add_poses(hypotheses);
   if (symptoms.fails("flow")) add_flow(symptoms, hypotheses);
-  if (symptoms.fails("reprojection"))
-    add_images(
-        symptoms, "depths", "depth_order", take_depth, depth_disagreement,
-        symptoms.depth_disagreement(),
-        {"reprojection", "flow", "stereo", "photometric", "segmentation", "colmap_point_depths"},
-        hypotheses);
+  if (symptoms.fails("reprojection")) add_images(symptoms, kDepths, hypotheses);
   if (symptoms.fails("photometric") || symptoms.fails("stereo"))
-    add_images(symptoms, "colours", "color_order", take_color, color_disagreement,
-               symptoms.color_disagreement(), {"photometric", "stereo"}, hypotheses);
+    add_images(symptoms, kColors, hypotheses);
 }
 
 }  // namespace terracast::validate
