@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 
 namespace terracast::validate {
@@ -33,6 +34,16 @@ double share_of_multiples(const std::vector<float>& values, double step_m) {
   return num_told < kEnoughValues
              ? 0.0
              : static_cast<double>(num_multiples) / static_cast<double>(num_told);
+}
+
+/// Decimal and binary parts of a metre, the coarsest first.
+std::vector<double> known_steps_m() {
+  std::vector<double> steps;
+  for (const double unit_m : {1.0, 0.1, 0.01, 0.001, 0.0001})
+    for (const double part : {1.0, 0.5, 0.25, 0.2}) steps.push_back(unit_m * part);
+  for (int power = 3; power <= 12; ++power) steps.push_back(std::ldexp(1.0, -power));
+  std::sort(steps.begin(), steps.end(), std::greater<>());
+  return steps;
 }
 
 /// Significant binary digits of a float32, at most 24.
@@ -122,16 +133,11 @@ std::optional<DepthSteps> find_steps(const core::ImageF& depth) {
   const int num_bits = num_bits_of(values);
   if (num_bits == kFloat16 || num_bits == kBfloat16) return DepthSteps{0.0, num_bits, 1.0};
   DepthSteps best;
-  for (const double unit_m : {1.0, 0.1, 0.01, 0.001, 0.0001})
-    for (const double part : {1.0, 0.5, 0.25, 0.2}) {
-      const double step_m = unit_m * part;
-      const double share = share_of_multiples(values, step_m);
-      if (share > best.share && best.share < kNearlyAll) best = {step_m, 0, share};
-    }
-  for (int power = 0; power <= 12 && best.share < kNearlyAll; ++power) {
-    const double step_m = std::ldexp(1.0, -power);
+  for (const double step_m : known_steps_m()) {
     const double share = share_of_multiples(values, step_m);
-    if (share > best.share) best = {step_m, 0, share};
+    if (share <= best.share) continue;
+    best = {step_m, 0, share};
+    if (share >= kNearlyAll) break;
   }
   return best;
 }

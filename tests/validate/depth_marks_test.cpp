@@ -100,8 +100,11 @@ TEST(DepthEdges, OfSurfacesAreSharp) {
 TEST(DepthEdges, OfBlurredDepthAreRamps) {
   for (const float sky_m : {0.0F, 1e5F}) {
     const DepthEdges edges = find_edges(blurred(box_under_sky(), sky_m));
-    EXPECT_GT(edges.steps.share_of_ramps().value_or(0.0), 0.9) << sky_m;
     EXPECT_GT(edges.ends.share_of_ramps().value_or(0.0), 0.9) << sky_m;
+    // What is mixed with a sky of 100 km is as far as that in the next pixel: no ramp, but such an end.
+    if (sky_m == 0.0F) {
+      EXPECT_GT(edges.steps.share_of_ramps().value_or(0.0), 0.9);
+    }
   }
 }
 

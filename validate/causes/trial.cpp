@@ -330,9 +330,9 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
     const bool is_of_origin = info.name == "georeference" && is_wanted("georeference_origin");
     if ((!is_wanted(info.name) && !is_of_origin) || info.name == "structure") continue;
     checkers.push_back(core::made(info.make(options), "check", info.name));
-    needs_frames =
-        needs_frames || (info.name != "georeference" && info.name != "calibration" &&
-                         info.name != "trajectory" && info.name != "oxts" && info.name != "motion");
+    needs_frames = needs_frames || (info.name != "georeference" && info.name != "georegistration" &&
+                                    info.name != "calibration" && info.name != "trajectory" &&
+                                    info.name != "oxts" && info.name != "motion");
   }
   if (needs_frames) {
     Findings ignored;

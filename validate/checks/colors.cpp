@@ -100,10 +100,11 @@ double block_marks(const core::Image8& color) {
 
 /// By how much bluer than red the plants of an image are: (blue - red) / (blue + red) of each pixel, near enough that the
 /// air between does not count, by a camera whose white is the scene's.
+/// returns  nothing where plants are as dark as noise: its colours are those of the sensor
 std::vector<double> tints_of_plants(const Sequence& sequence, const View& view) {
   constexpr float kFarthest_m = 500.0F;
   const LoadedImage& image = *view.image;
-  std::vector<double> tints;
+  std::vector<double> tints, sums;
   if (image.segmentation.empty() || image.depth.empty() ||
       view.camera->imaging.white_balance != "scene")
     return tints;
@@ -113,10 +114,14 @@ std::vector<double> tints_of_plants(const Sequence& sequence, const View& view) 
       if (index >= 0 && index < 256) is_plant[static_cast<std::size_t>(index)] = true;
   for (std::size_t i = 0; i < image.segmentation.data().size(); ++i) {
     const double red = image.color.data()[3 * i], blue = image.color.data()[3 * i + 2];
-    if (is_plant[image.segmentation.data()[i]] && image.depth.data()[i] < kFarthest_m &&
-        red + blue > 0.0)
-      tints.push_back((blue - red) / (blue + red));
+    if (!is_plant[image.segmentation.data()[i]] || !(image.depth.data()[i] < kFarthest_m) ||
+        red + blue == 0.0)
+      continue;
+    tints.push_back((blue - red) / (blue + red));
+    sums.push_back(red + blue);
   }
+  constexpr double kBright = 64.0;  // levels of both
+  if (median(sums) < kBright) tints.clear();
   return tints;
 }
 
