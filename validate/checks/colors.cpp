@@ -105,14 +105,15 @@ std::vector<double> tints_of_plants(const Sequence& sequence, const View& view) 
   constexpr float kFarthest_m = 500.0F;
   const LoadedImage& image = *view.image;
   std::vector<double> tints, sums;
-  if (image.segmentation.empty() || image.depth.empty() ||
-      view.camera->imaging.white_balance != "scene")
+  const std::size_t num_pixels = image.segmentation.data().size();
+  if (num_pixels == 0 || image.depth.data().size() != num_pixels ||
+      image.color.data().size() != 3 * num_pixels || view.camera->imaging.white_balance != "scene")
     return tints;
   std::array<bool, 256> is_plant{};
   for (const auto& [index, name] : sequence.classes)
     if (name == "forest" || name == "shrubs" || name == "grass" || name == "crops")
       if (index >= 0 && index < 256) is_plant[static_cast<std::size_t>(index)] = true;
-  for (std::size_t i = 0; i < image.segmentation.data().size(); ++i) {
+  for (std::size_t i = 0; i < num_pixels; ++i) {
     const double red = image.color.data()[3 * i], blue = image.color.data()[3 * i + 2];
     if (!is_plant[image.segmentation.data()[i]] || !(image.depth.data()[i] < kFarthest_m) ||
         red + blue == 0.0)
