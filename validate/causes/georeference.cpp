@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "validate/causes/height_fault.h"
 #include "validate/causes/trial.h"

@@ -2,7 +2,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <cmath>
+#include <limits>
 
 #include "validate/causes/trial.h"
 #include "validate/checks/checker.h"

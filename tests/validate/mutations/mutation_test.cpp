@@ -142,7 +142,7 @@ std::vector<Case> cases() {
   int num_of_tartan = 0;
   std::vector<Case> list;
   for (const std::string& format : flight_formats()) {
-    bool is_curved_next = true;
+    bool is_curved_next = true, is_single_curved_next = true;
     for (const test::Mutation& mutation : test::mutations()) {
       if (std::find(mutation.formats.begin(), mutation.formats.end(), format) ==
           mutation.formats.end())
@@ -154,8 +154,9 @@ std::vector<Case> cases() {
       const bool is_single = !is_full && single != single_format.end();
       if (is_single && single->second != format) continue;
       if (is_single || (!is_full && !format.starts_with("tartanair"))) {
-        if (paths.size() > 1) paths.erase(is_curved_next ? paths.end() - 1 : paths.begin());
-        is_curved_next = !is_curved_next;
+        bool& is_curved = is_single ? is_single_curved_next : is_curved_next;
+        if (paths.size() > 1) paths.erase(is_curved ? paths.end() - 1 : paths.begin());
+        is_curved = !is_curved;
       }
       for (const test::Path path : paths)
         if (is_full || is_single || !format.starts_with("tartanair") ||
