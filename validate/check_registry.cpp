@@ -8,6 +8,9 @@
 #define TERRACAST_CHECKS(X)                                                                        \
   X(bounds, "what bounds.csv says that depth and flow may err by, against the depths")             \
   X(calibration, "intrinsics and mounts of the format's files against dataset.json")               \
+  X(clocks, "time stamps by cameras' own clocks against what calibration_true.json says of these") \
+  X(colmap_files,                                                                                  \
+    "database.db, rig_config.json, georegistration.txt against the model and georeference.csv")    \
   X(colmap_model,                                                                                  \
     "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \
   X(colors, "colours of single images: missing levels, marks of JPEG")                             \
@@ -19,6 +22,7 @@
   X(motion, "velocity, acceleration and turn of motion.csv against the body's poses")              \
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \
+  X(moving_bodies, "what is said of things that move: their motion, parts, classes and boxes")      \
   X(oracle,                                                                                        \
     "depth, classes and visibility against exact rays through the world's tiles (--world)")        \
   X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \
@@ -26,6 +30,7 @@
   X(rays, "the table of rays beside a camera's model: each goes to its pixel's centre")            \
   X(reprojection, "depth carried by poses into other images against the depth there")              \
   X(segmentation, "classes carried by depth and poses into other images against those there")      \
+  X(sensors, "samples of sensors beside cameras: times, mounts, ranges against the world's tiles")  \
   X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \
   X(structure,                                                                                     \
     "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside "  \

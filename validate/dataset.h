@@ -67,8 +67,16 @@ struct PixelRays {
   std::vector<Eigen::Vector3d> origins;
 };
 
+/// A camera's clock as calibration_true.json has it: it stamps t + offset_s + drift t, each stamp off by a jitter.
+struct StatedClock {
+  double offset_s = 0.0;
+  double drift = 0.0;
+  double jitter_sd_s = 0.0;
+};
+
 struct Camera {
   std::string name;                  ///< the camera's word in the format
+  std::string rig, name_in_rig;      ///< as the config has them; empty: not stated
   Intrinsics intrinsics;             ///< from the format's own files
   std::optional<Intrinsics> stated;  ///< from dataset.json
   StatedModel stated_model;
@@ -86,6 +94,7 @@ struct Camera {
   std::vector<std::optional<StatedBounds>> bounds;
   /// By its own clock, of timestamps.csv; empty: its stamps are the times.
   std::vector<double> stamps_s;
+  std::optional<StatedClock> clock;  ///< nothing: it shows the time
   Pose camera0_from_camera;  ///< KITTI: by its calibration
   std::vector<FrameFiles> files;
   /// Stored flow is rounded to whole steps; 0: float32, without end.

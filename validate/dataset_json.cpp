@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -69,6 +70,10 @@ Camera read_camera(const Json& json, int num_frames) {
   camera.name = json.at("name").string();
   if (!is_safe_relative_path(camera.name))
     fail(ErrorKind::Input, "dataset.json: camera name \"{}\"", camera.name);
+  if (json.has("rig")) {
+    camera.rig = json.at("rig").string();
+    camera.name_in_rig = json.at("camera").string();
+  }
   Intrinsics stated;
   stated.width_px = whole_number(json.at("width_px"), 1, 1 << 15, "width_px");
   stated.height_px = whole_number(json.at("height_px"), 1, 1 << 15, "height_px");
@@ -94,6 +99,24 @@ Camera read_camera(const Json& json, int num_frames) {
   camera.bounds.resize(count);
   camera.files.resize(count);
   return camera;
+}
+
+void read_clock(const Json& json, Camera& camera) {
+  if (!json.has("clock")) return;
+  const Json& clock = json.at("clock");
+  camera.clock = StatedClock{clock.at("offset_s").number(), clock.at("drift").number(),
+                             clock.at("jitter_sd_s").number()};
+}
+
+/// Names that formats of several rigs give cameras: rig and camera, parted by a slash, of COCO by a line.
+void check_camera_name(const Dataset& dataset, const Camera& camera) {
+  const bool has_slash = dataset.format == "colmap" || dataset.format == "terracast";
+  if (camera.rig.empty() || (!has_slash && dataset.format != "coco")) return;
+  std::string name = camera.rig + "/" + camera.name_in_rig;
+  if (!has_slash) std::replace(name.begin(), name.end(), '/', '_');
+  if (camera.name != name)
+    fail(ErrorKind::Input, "dataset.json: camera {} is {} of rig {}", camera.name,
+         core::first_letters(camera.name_in_rig, 60), core::first_letters(camera.rig, 60));
 }
 
 /// A table with a row for each frame and camera.
@@ -227,30 +250,41 @@ void read_motion(const Dataset& dataset, const std::string& path, Sequence& sequ
 }
 
 /// The cameras of a calibration file, in the sequence's order.
+/// kind   "true" or "believed"
 std::vector<Camera> read_calibration_file(const Dataset& dataset, const std::string& path,
-                                          const Sequence& sequence) {
+                                          const std::string& kind, const Sequence& sequence) {
   const Json json = Json::read(dataset.root / path);
+  if (json.at("format").string() != "terracast-calibration" || json.at("version").integer() != 1 ||
+      json.at("calibration").string() != kind)
+    fail(ErrorKind::Input,
+         "{}: \"terracast-calibration\", version 1, calibration \"{}\" are right", path, kind);
   const Json& cameras = json.at("cameras");
   if (!cameras.is_array() || cameras.size() != sequence.cameras.size())
     fail(ErrorKind::Input, "{}: other cameras than dataset.json has", path);
   std::vector<Camera> read;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     read.push_back(read_camera(cameras.at(i), 0));
-    if (read.back().name != sequence.cameras[i].name)
-      fail(ErrorKind::Input, "{}: camera {} where {} stands in dataset.json", path,
-           core::first_letters(read.back().name, 60), sequence.cameras[i].name);
+    const Camera& known = sequence.cameras[i];
+    if (read.back().name != known.name || read.back().rig != known.rig ||
+        read.back().name_in_rig != known.name_in_rig)
+      fail(ErrorKind::Input, "{}: camera {} ({} of rig {}) where {} stands in dataset.json", path,
+           core::first_letters(read.back().name, 60),
+           core::first_letters(read.back().name_in_rig, 60),
+           core::first_letters(read.back().rig, 60), known.name);
+    read_clock(cameras.at(i), read.back());
   }
   return read;
 }
 
 /// The calibration as it is believed to be; the true one must be dataset.json's.
 std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string& true_path,
-                                      const std::string& believed_path, const Sequence& sequence,
+                                      const std::string& believed_path, Sequence& sequence,
                                       Findings& findings) {
   findings.attempt(true_path, [&] {
-    const std::vector<Camera> truth = read_calibration_file(dataset, true_path, sequence);
+    const std::vector<Camera> truth = read_calibration_file(dataset, true_path, "true", sequence);
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      const Camera& camera = sequence.cameras[i];
+      Camera& camera = sequence.cameras[i];
+      camera.clock = truth[i].clock;
       if (truth[i].stated != camera.stated || truth[i].stated_model != camera.stated_model ||
           truth[i].shutter != camera.shutter ||
           truth[i].body_from_camera->rotation != camera.body_from_camera->rotation ||
@@ -260,7 +294,10 @@ std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string&
   });
   std::vector<Camera> believed;
   findings.attempt(believed_path,
-                   [&] { believed = read_calibration_file(dataset, believed_path, sequence); });
+                   [&] {
+                     believed =
+                         read_calibration_file(dataset, believed_path, "believed", sequence);
+                   });
   return believed;
 }
 
@@ -311,11 +348,21 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
   if (!is_safe_relative_path(sequence.path) || !is_safe_relative_path(sequence.name))
     fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", sequence.path);
   while (sequence.path.ends_with('/')) sequence.path.pop_back();
+  if (!("/" + sequence.path).ends_with("/" + sequence.name))
+    fail(ErrorKind::Input, "dataset.json: the path of sequence {} ends otherwise: {}",
+         sequence.name, sequence.path);
   sequence.num_frames = whole_number(json.at("num_frames"), 1, kMostFrames, "num_frames");
   sequence.rate_hz = json.at("rate_hz").number();
   if (!(sequence.rate_hz > 0.0))
     fail(ErrorKind::Input, "dataset.json: rate_hz = {}", sequence.rate_hz);
   sequence.utc_start = json.at("utc_start").string();
+  if (json.has("first_number")) {
+    int num_before = 0;
+    for (const Sequence& before : dataset.sequences) num_before += before.num_frames;
+    if (json.at("first_number").integer() != num_before)
+      fail(ErrorKind::Input, "dataset.json: first_number = {} of {}, after {} frames",
+           json.at("first_number").integer(), sequence.name, num_before);
+  }
   const Json& origin = json.at("origin");
   sequence.origin = geodetic(origin.at("lat_deg").number(), origin.at("lon_deg").number(),
                              origin.at("height_m").number(), "dataset.json: origin");
@@ -329,6 +376,7 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
     Camera camera = read_camera(cameras.at(i), sequence.num_frames);
     if (sequence.camera_index(camera.name) >= 0)
       fail(ErrorKind::Input, "dataset.json: camera {} stands twice", camera.name);
+    check_camera_name(dataset, camera);
     sequence.cameras.push_back(std::move(camera));
   }
   const auto addition = [&](const char* name) {

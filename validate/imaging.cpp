@@ -6,9 +6,12 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "core/json.h"
+#include "core/printable.h"
 #include "validate/dataset.h"
 #include "validate/text.h"
 
@@ -116,11 +119,19 @@ void read_imaging(const Dataset& dataset, const std::string& path, Sequence& seq
   if (!dataset.files.contains(path)) return;
   findings.attempt(path, [&] {
     const Json json = Json::parse(core::read_text_file(dataset.root / path), path);
+    if (json.at("format").string() != "terracast-imaging" || json.at("version").integer() != 1)
+      fail(ErrorKind::Input, "{}: \"terracast-imaging\", version 1, are right", path);
     const Json& cameras = json.at("cameras");
+    std::set<std::string> names;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       const std::string name = cameras.at(i).at("name").string();
       const int camera = sequence.camera_index(name);
-      if (camera < 0) fail(ErrorKind::Input, "{}: there is no camera {}", path, name);
+      if (camera < 0 || !names.insert(name).second)
+        fail(ErrorKind::Input, "{}: there is no camera {}, or it stands twice", path,
+             core::first_letters(name, 60));
+      if (cameras.at(i).has("exposure_ev") &&
+          std::ssize(cameras.at(i).at("exposure_ev").numbers()) != sequence.num_frames)
+        fail(ErrorKind::Input, "{}: {} has other exposures than one a frame", path, name);
       if (cameras.at(i).has("settings"))
         sequence.cameras[static_cast<std::size_t>(camera)].imaging = imaging_of_settings(
             cameras.at(i).at("settings").string(), fmt::format("{}, {}", path, name));

@@ -28,6 +28,28 @@ std::string safe_path(const Json& json, const char* name) {
   return path;
 }
 
+MovingBody read_body(const Json& json) {
+  MovingBody body;
+  const auto text = [&](const char* member) {
+    return json.has(member) ? json.at(member).string() : std::string();
+  };
+  body.thing = text("thing");
+  body.class_name = text("class");
+  body.part_of = text("part_of");
+  if (json.has("instance_id")) body.instance_id = json.at("instance_id").integer();
+  if (!json.has("lowest_m")) return body;
+  const std::vector<double> lowest = json.at("lowest_m").numbers();
+  const std::vector<double> highest = json.at("highest_m").numbers();
+  if (lowest.size() != 3 || highest.size() != 3)
+    fail(ErrorKind::Input, "dataset.json: moving: a box of {} and {} numbers, not of 3",
+         lowest.size(), highest.size());
+  body.box_m = {Eigen::Vector3d(lowest[0], lowest[1], lowest[2]),
+                Eigen::Vector3d(highest[0], highest[1], highest[2])};
+  if (body.box_m.isEmpty())
+    fail(ErrorKind::Input, "dataset.json: moving: lowest_m is not below highest_m");
+  return body;
+}
+
 void read_states(const Dataset& dataset, const std::string& path, Moving& moving) {
   const std::string text = core::read_text_file(dataset.root / path);
   const std::vector<TextLine> lines = split_lines(text);
@@ -79,8 +101,10 @@ Moving read_moving(const Dataset& dataset, const Json& json, int num_frames, Fin
   const Json& bodies = json.at("bodies");
   if (!bodies.is_array() || bodies.size() < 1 || bodies.size() > kMostBodies)
     fail(ErrorKind::Input, "dataset.json: moving: bodies must be a list of 1 to {}", kMostBodies);
-  for (std::size_t i = 0; i < bodies.size(); ++i)
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
     moving.names.push_back(bodies.at(i).at("name").string());
+    moving.bodies.push_back(read_body(bodies.at(i)));
+  }
   moving.states.assign(static_cast<std::size_t>(num_frames),
                        std::vector<std::optional<MovingState>>(moving.names.size()));
   const std::string path = safe_path(json, "states");

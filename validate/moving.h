@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,11 +27,22 @@ struct MovingState {
   }
 };
 
+/// What dataset.json says of a body.
+struct MovingBody {
+  std::string thing;       ///< of which model it is
+  std::string class_name;  ///< empty: not stated, as of what follows
+  std::int64_t instance_id = -1;
+  std::string part_of;  ///< name of the body that it is a part of; empty: of none
+  /// Along the body's axes; empty: not stated.
+  Eigen::AlignedBox3d box_m;
+};
+
 struct Moving {
   std::vector<std::string> names;  ///< of body 1, 2, …
   std::string masks;               ///< folder of the masks, by camera
   /// By frame, then body; nothing: it is not there.
   std::vector<std::vector<std::optional<MovingState>>> states;
+  std::vector<MovingBody> bodies = {};  ///< as names
 
   /// body   from 1
   /// returns  null where it is not there

@@ -1,6 +1,12 @@
 #include "validate/not_proved.h"
 
-#include <span>
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <string>
+
+#include "core/printable.h"
+#include "validate/plugin_format.h"
 
 namespace terracast::validate {
 
@@ -16,23 +22,221 @@ bool matches(std::string_view pattern, std::string_view text) {
   return false;
 }
 
+/// Whether a list of words, parted by blanks, is empty or holds a word.
+bool holds(std::string_view words, std::string_view word) {
+  return words.empty() || matches("* " + std::string(word) + " *", " " + std::string(words) + " ");
+}
+
+/// Files that some check reads, of formats (none named: of all).
+struct KnownFiles {
+  std::string_view formats;
+  std::string_view files;
+};
+
+constexpr KnownFiles kKnownFiles[] = {
+    {"", "*/georeference.csv"},
+    {"", "*/bounds.csv"},
+    {"", "*/geometry.json"},
+    {"", "*/imaging.json"},
+    {"", "*/motion.csv"},
+    {"", "*/moving.csv"},
+    {"", "*/moving/*.png"},
+    {"", "*/sensors.json"},
+    {"", "*/sensors/*.csv"},
+    {"", "*/calibration_true.json"},
+    {"", "*/calibration_believed.json"},
+    {"", "*/timestamps.csv"},
+    {"coco", "annotations/instances.json"},
+    {"coco", "annotations/panoptic.json"},
+    {"coco", "images/*.png"},
+    {"coco", "panoptic/*.png"},
+    {"colmap", "*/images/*.png"},
+    {"colmap", "*/depth/*.npy"},
+    {"colmap", "*/sparse/0/cameras.bin"},
+    {"colmap", "*/sparse/0/images.bin"},
+    {"colmap", "*/sparse/0/points3D.bin"},
+    {"colmap", "*/sparse/0/rigs.bin"},
+    {"colmap", "*/sparse/0/frames.bin"},
+    {"colmap", "*/sparse_txt/0/cameras.txt"},
+    {"colmap", "*/sparse_txt/0/images.txt"},
+    {"colmap", "*/sparse_txt/0/points3D.txt"},
+    {"colmap", "*/sparse_txt/0/rigs.txt"},
+    {"colmap", "*/sparse_txt/0/frames.txt"},
+    {"colmap", "*/database.db"},
+    {"colmap", "*/rig_config.json"},
+    {"colmap", "*/georegistration.txt"},
+    {"kitti", "dataset/poses/*.txt"},
+    {"kitti", "dataset/sequences/*/calib.txt"},
+    {"kitti", "dataset/sequences/*/times.txt"},
+    {"kitti", "dataset/sequences/*/image_*/*.png"},
+    {"kitti", "dataset/sequences/*/depth_2/*.npy"},
+    {"kitti", "dataset/sequences/*/disp_2/*.png"},
+    {"kitti_object", "training/image_2/*.png"},
+    {"kitti_object", "training/calib/*.txt"},
+    {"kitti_object", "training/label_2/*.txt"},
+    {"kitti_raw", "*/calib_cam_to_cam.txt"},
+    {"kitti_raw", "*/calib_velo_to_cam.txt"},
+    {"kitti_raw", "*/calib_imu_to_velo.txt"},
+    {"kitti_raw", "*/image_*/data/*.png"},
+    {"kitti_raw", "*/depth_02/data/*.npy"},
+    {"kitti_raw", "*/timestamps.txt"},
+    {"kitti_raw", "*/oxts/dataformat.txt"},
+    {"kitti_raw", "*/oxts/data/*.txt"},
+    {"kitti_raw", "*/poses.txt"},
+    {"tartanair tartanair_v1", "*/seg_label_map.json"},
+    {"tartanair tartanair_v1", "*/pose_*.txt"},
+    {"tartanair tartanair_v1", "*/image_*/*.png"},
+    {"tartanair", "*/depth_*/*.png"},
+    {"tartanair", "*/seg_*/*.png"},
+    {"tartanair", "*/flow_*/*.npz"},
+    {"tartanair", "*/flow_*/*.png"},
+    {"tartanair_v1", "*/depth_*/*.npy"},
+    {"tartanair_v1", "*/seg_*/*.npy"},
+    {"tartanair_v1", "*/flow/*.npy"},
+    {"terracast", "classes.json"},
+    {"terracast", "*/cameras.json"},
+    {"terracast", "*/poses.csv"},
+    {"terracast", "*/rays.npy"},
+    {"terracast", "*/origins.npy"},
+    {"terracast", "*/image/*.png"},
+    {"terracast", "*/range/*.npy"},
+    {"terracast", "*/class/*.png"},
+    {"terracast", "*/instance/*.npy"},
+    {"terracast", "*/normal/*.npy"},
+    {"terracast", "*/flow_*/*.npy"},
+    {"terracast", "*/flow_*/*_mask.png"},
+};
+
+bool always(const Dataset&) { return true; }
+
+bool states_truth(const Dataset& dataset) {
+  return std::none_of(dataset.sequences.begin(), dataset.sequences.end(),
+                      [](const Sequence& sequence) { return sequence.states_belief; });
+}
+
+/// Fields of known files that no check proves.
 struct Row {
-  std::string_view format;  ///< empty: all
+  std::string_view formats;  ///< parted by blanks; empty: all
   std::string_view files, fields, why;
+  bool (*applies)(const Dataset&) = always;
 };
 
 constexpr Row kRows[] = {
-    {"", "nothing", "nothing", "nothing"},
+    {"", "dataset.json", "/additions/*", "words for people"},
+    {"", "dataset.json", "/conventions/*", "words for people"},
+    {"", "dataset.json", "/licences/*", "what the world's sources state"},
+    {"", "dataset.json", "/*_version", "which program wrote it, and of which edition of the format"},
+    {"", "dataset.json", "/source_hash", "of the capture, which no dataset holds"},
+    {"", "dataset.json", "/sequences/*/capture_sequence", "a name in the capture"},
+    {"kitti kitti_object kitti_raw tartanair tartanair_v1", "dataset.json",
+     "/sequences/*/cameras/*/rig", "a name of the job's"},
+    {"kitti kitti_object kitti_raw tartanair tartanair_v1", "dataset.json",
+     "/sequences/*/cameras/*/camera", "a name of the job's"},
+    {"coco colmap kitti kitti_object tartanair tartanair_v1 terracast", "dataset.json",
+     "/sequences/*/utc_start", "the hour; light and shadows are not judged by it"},
+    {"", "dataset.json", "/sequences/*/cameras/*/shutter/exposure_s",
+     "how blurred images are is not judged"},
+    {"", "dataset.json", "/sequences/*/moving/bodies/*/name", "a name of the job's"},
+    {"", "dataset.json", "/sequences/*/moving/bodies/*/thing", "a name of a model"},
+    {"coco colmap kitti kitti_object kitti_raw", "dataset.json",
+     "/sequences/*/moving/bodies/*/class", "the format has no classes beside the masks"},
+    {"", "dataset.json", "/sequences/*/moving/bodies/*est_m/*",
+     "boxes hold what images show of the bodies; larger ones do so too"},
+    {"", "dataset.json", "/sequences/*/origin/height_m", "a rounded place: within a metre"},
+    {"kitti", "dataset.json", "/disparity/*", "counts of what was rounded, and the job's bounds for it"},
+    {"kitti_object", "dataset.json", "/largest_tilt_deg", "of the objects' own axes, which labels leave out"},
+    {"kitti_object", "dataset.json", "/num_labels/*", "counts for people"},
+    {"", "*/bounds.csv", "*_mm", "upper bounds: larger ones hold too, up to the check's own bound"},
+    {"", "*/bounds.csv", "*_px", "upper bounds: larger ones hold too, up to the check's own bound"},
+    {"", "*/bounds.csv", "left_out", "a count within what edges can be"},
+    {"", "*/calibration_believed.json", "/cameras/*",
+     "what users believe; the format's own files state the truth", states_truth},
+    {"", "*/calibration_true.json", "/cameras/*/clock/*", "within the jitter of the stamps"},
+    {"", "*/geometry.json", "/cell_px", "a rule of levels; tiles of a coarser rule keep it too"},
+    {"", "*/geometry.json", "/finest_spacing_m",
+     "a rule of levels; tiles of a coarser rule keep it too"},
+    {"", "*/imaging.json", "/cameras/*/*_m", "how blurred images are is not judged"},
+    {"", "*/imaging.json", "/cameras/*/exposure*", "how bright and blurred images are is not judged"},
+    {"", "*/imaging.json", "/cameras/*/settings",
+     "how images are made of light is taken for granted, as it is stated"},
+    {"", "*/motion.csv", "a*_mps2", "within 0.05 m/s^2"},
+    {"", "*/motion.csv", "*_mps3", "moves the lines of an image by less than is seen"},
+    {"", "*/motion.csv", "*_mps4", "moves the lines of an image by less than is seen"},
+    {"", "*/motion.csv", "*_mps5", "moves the lines of an image by less than is seen"},
+    {"", "*/motion.csv", "r*_radps*", "turns the lines of an image by less than is seen"},
+    {"", "*/motion.csv", "s*_radps", "turns the lines of an image by less than is seen"},
+    {"", "*/motion.csv", "reach_s", "how long the terms hold, beyond any exposure"},
+    {"", "*/moving.csv", "a*_mps2", "within 0.05 m/s^2, of bodies that move slowly enough to tell"},
+    {"", "*/moving.csv", "*_mps3", "moves the lines of an image by less than is seen"},
+    {"", "*/moving.csv", "*_mps4", "moves the lines of an image by less than is seen"},
+    {"", "*/moving.csv", "*_mps5", "moves the lines of an image by less than is seen"},
+    {"", "*/moving.csv", "r*_radps*", "turns the lines of an image by less than is seen"},
+    {"", "*/moving.csv", "s*_radps", "turns the lines of an image by less than is seen"},
+    {"", "*/moving.csv", "reach_s", "how long the terms hold, beyond any exposure"},
+    {"", "*/sensors.json", "/sensors/*/settings_toml", "the job's words"},
+    {"", "*/sensors/*.csv", "values between the frames' times", "where the body is then is not stated"},
+    {"coco", "annotations/instances.json", "/annotations/*/occlusion", "what is hidden is in no image"},
+    {"coco", "annotations/instances.json", "/annotations/*/truncation", "what is beyond the border is in no image"},
+    {"coco", "annotations/instances.json", "/annotations/*/whole_bbox/*", "what is hidden is in no image"},
+    {"coco", "annotations/instances.json", "/annotations/*/distance_m", "the format has no depth"},
+    {"coco", "annotations/*.json", "/info/*", "words for people"},
+    {"coco", "annotations/*.json", "/licenses/*", "what the world's sources state"},
+    {"coco", "images/*.png", "channel *", "single images: nothing beside them tells what they show"},
+    {"colmap", "*.txt", "comment", "words for people"},
+    {"kitti_object", "training/image_2/*.png", "channel *", "single images: nothing beside them tells what they show"},
+    {"kitti_object", "training/label_2/*.txt", "*", "boxes lie within each other's projection, which leaves them room"},
+    {"kitti_raw", "*/oxts/dataformat.txt", "words", "words for people"},
+    {"kitti_raw", "*/oxts/data/*.txt", "[23]", "of the decimals; at most 1 mm"},
+    {"kitti_raw", "*/oxts/data/*.txt", "[24]", "of the decimals; at most 1 mm/s"},
+    {"kitti", "*/image_*.png", "channel *", "how bright a whole image is"},
+    {"kitti_raw", "*/image_*.png", "channel *", "how bright a whole image is"},
+    {"tartanair tartanair_v1", "*/image_*.png", "channel *", "how bright a whole image is"},
+    {"colmap", "*/images/*.png", "channel *", "how bright a whole image is"},
+    {"terracast", "*/image/*.png", "channel *", "how bright a whole image is"},
 };
+
+/// The path with the digits of its last part as *.
+std::string pattern_of(const std::string& path) {
+  std::string pattern;
+  const std::size_t name = path.rfind('/') + 1;
+  for (std::size_t i = 0; i < path.size(); ++i)
+    if (i < name || std::isdigit(static_cast<unsigned char>(path[i])) == 0)
+      pattern += path[i];
+    else if (!pattern.ends_with('*'))
+      pattern += '*';
+  return pattern;
+}
+
+/// Files that match none of the known kinds, by pattern.
+std::vector<NotProved> unknown_files(const Dataset& dataset) {
+  std::map<std::string, std::int64_t> count_of;
+  for (const auto& [path, record] : dataset.files) {
+    const std::string& file = path;
+    const auto is_known = [&](const KnownFiles& known) {
+      return holds(known.formats, dataset.format) && matches(known.files, file);
+    };
+    if (std::none_of(std::begin(kKnownFiles), std::end(kKnownFiles), is_known))
+      ++count_of[pattern_of(path)];
+  }
+  std::vector<NotProved> named;
+  for (const auto& [pattern, count] : count_of)
+    named.push_back({pattern, "*", "a kind of file that no check reads", count});
+  return named;
+}
 
 }  // namespace
 
 std::vector<NotProved> not_proved(const Dataset& dataset) {
-  std::vector<NotProved> named;
+  if (is_format_of_plugin(dataset.format))
+    return {{"*", "*", "a format of a plug-in: sizes and hashes of its files alone are checked",
+             std::ssize(dataset.files)}};
+  std::vector<NotProved> named = unknown_files(dataset);
   for (const Row& row : kRows) {
-    if (!row.format.empty() && row.format != dataset.format) continue;
+    if (!holds(row.formats, dataset.format) || !row.applies(dataset)) continue;
     NotProved one{std::string(row.files), std::string(row.fields), std::string(row.why)};
-    for (const auto& [path, record] : dataset.files) one.num_files += matches(one.files, path) ? 1 : 0;
+    one.num_files = std::count_if(dataset.files.begin(), dataset.files.end(), [&](const auto& file) {
+      return matches(one.files, file.first);
+    });
     if (row.files == "dataset.json") one.num_files = 1;
     if (one.num_files > 0) named.push_back(std::move(one));
   }
@@ -41,16 +245,17 @@ std::vector<NotProved> not_proved(const Dataset& dataset) {
 
 const NotProved* named_by(const std::vector<NotProved>& named, const std::string& file,
                           const std::string& field) {
-  for (const NotProved& one : named)
-    if (matches(one.files, file) && matches(one.fields, field)) return &one;
-  return nullptr;
+  const auto found = std::find_if(named.begin(), named.end(), [&](const NotProved& one) {
+    return matches(one.files, file) && matches(one.fields, field);
+  });
+  return found == named.end() ? nullptr : &*found;
 }
 
 core::Json not_proved_json(const std::vector<NotProved>& named) {
   core::Json list = core::Json::array();
   for (const NotProved& one : named)
     list.push(core::Json::object()
-                  .set("files", one.files)
+                  .set("files", core::printable(one.files))
                   .set("fields", one.fields)
                   .set("why", one.why)
                   .set("num_files", one.num_files));

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/plugin_rows.h"
 #include "validate/diagnosis.h"
+#include "validate/not_proved.h"
 #include "validate/page_bundle.h"
 #include "validate/place.h"
 #include "validate/report_page.h"
@@ -103,6 +104,8 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
                   const PageSource& source, const std::filesystem::path& folder) {
   Json report = report_json(results, source.dataset);
   report.set("causes", causes_json(head.causes));
+  if (source.dataset != nullptr)
+    report.set("not_proved", not_proved_json(not_proved(*source.dataset)));
   if (Json plugins = core::plugin_record(names_of_checks()); plugins.size() > 0)
     report.set("plugins", std::move(plugins));
   report.write(folder / "report.json");
@@ -115,6 +118,7 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
   Json list = Json::array();
   Json unseen = Json::array();
   Json causes = Json::array();
+  Json not_proved = Json::array();
   bool is_ok = !formats.empty();
   std::vector<JoinedFormat> parts;
   for (const std::string& format : formats) {
@@ -125,6 +129,11 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
       Json cause = report.at("causes").at(i);
       cause.set("words", format + ": " + cause.at("words").string());
       causes.push(cause);
+    }
+    for (std::size_t i = 0; report.has("not_proved") && i < report.at("not_proved").size(); ++i) {
+      Json one = report.at("not_proved").at(i);
+      one.set("files", format + "/" + one.at("files").string());
+      not_proved.push(std::move(one));
     }
     const Json& checks = report.at("checks");
     for (std::size_t i = 0; i < checks.size(); ++i) {
@@ -138,7 +147,8 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
                           .set("ok", is_ok)
                           .set("unseen", unseen)
                           .set("checks", list)
-                          .set("causes", causes);
+                          .set("causes", causes)
+                          .set("not_proved", not_proved);
   joined.write(folder / "report.json");
   core::write_file(folder / "page/page.css", page_style());
   core::write_file(folder / "index.html", start_page(parts, joined, stage_costs(events_file),

@@ -107,6 +107,23 @@ std::string causes(const Json& report) {
   return html + "</ul>\n";
 }
 
+/// What the dataset states and no check proves.
+std::string not_proved_table(const Json& report) {
+  if (!report.has("not_proved") || report.at("not_proved").size() == 0) return "";
+  std::string html =
+      "<section id=\"not-proved\"><h2>Not proved</h2>\n<p>What the files state beside, and no check "
+      "of this format proves.</p>\n<div class=\"wide\"><table><thead><tr><th scope=\"col\">files"
+      "</th><th scope=\"col\" class=\"num\">how many</th><th scope=\"col\">fields</th>"
+      "<th scope=\"col\">why</th></tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < report.at("not_proved").size(); ++i) {
+    const Json& one = report.at("not_proved").at(i);
+    html += fmt::format("<tr><td>{}</td><td class=\"num\">{}</td><td>{}</td><td>{}</td></tr>\n",
+                        escaped(one.at("files").string()), one.at("num_files").integer(),
+                        escaped(one.at("fields").string()), escaped(one.at("why").string()));
+  }
+  return html + "</tbody></table></div></section>\n";
+}
+
 std::string head(std::string_view title) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
@@ -206,8 +223,8 @@ std::string dataset_page(const std::string& title, const std::vector<std::string
       "scripts, which this page carries with it.</p></noscript>\n";
   html += "<section id=\"each\"><h2>Each check</h2>\n";
   for (std::size_t i = 0; i < checks.size(); ++i) html += section(checks.at(i));
-  return html +
-         "</section>\n</main>\n<footer id=\"foot\"></footer>\n<script "
+  return html + "</section>\n" + not_proved_table(report) +
+         "</main>\n<footer id=\"foot\"></footer>\n<script "
          "src=\"page/page.js\"></script>\n"
          "<script src=\"page/data.js\"></script>\n</body></html>\n";
 }

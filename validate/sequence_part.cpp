@@ -30,10 +30,13 @@ struct Span {
 
 Camera camera_part(const Camera& camera, const Span& span) {
   // All members by name: one that is added must be given its place below.
-  const auto& [name, intrinsics, stated, stated_model, imaging, body_from_camera, pixel_rays,
-               local_from_camera, shutter, georeference, bounds, stamps_s, camera0_from_camera,
-               files, flow_step_px, marks_missing_flow, flow_reach_px] = camera;
+  const auto& [name, rig, name_in_rig, intrinsics, stated, stated_model, imaging, body_from_camera,
+               pixel_rays, local_from_camera, shutter, georeference, bounds, stamps_s, clock,
+               camera0_from_camera, files, flow_step_px, marks_missing_flow, flow_reach_px] =
+      camera;
   Camera part{.name = name,
+              .rig = rig,
+              .name_in_rig = name_in_rig,
               .intrinsics = intrinsics,
               .stated = stated,
               .stated_model = stated_model,
@@ -45,6 +48,7 @@ Camera camera_part(const Camera& camera, const Span& span) {
               .georeference = span.cut(georeference),
               .bounds = span.cut(bounds),
               .stamps_s = span.cut_times(stamps_s),
+              .clock = clock,
               .camera0_from_camera = camera0_from_camera,
               .files = span.cut(files),
               .flow_step_px = flow_step_px,
@@ -52,13 +56,15 @@ Camera camera_part(const Camera& camera, const Span& span) {
               .flow_reach_px = flow_reach_px};
   for (auto& row : part.georeference)
     if (row) row->time_s -= span.start_s;
+  if (part.clock) part.clock->offset_s += part.clock->drift * span.start_s;
   return part;
 }
 
 std::optional<Moving> moving_part(const std::optional<Moving>& moving, const Span& span) {
   if (!moving) return std::nullopt;
-  const auto& [names, masks, states] = *moving;
-  return Moving{.names = names, .masks = masks, .states = span.cut(states)};
+  const auto& [names, masks, states, bodies] = *moving;
+  return Moving{
+      .names = names, .masks = masks, .states = span.cut(states), .bodies = bodies};
 }
 
 std::optional<StereoPair> pair_among(const std::optional<StereoPair>& pair,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/semantic_class.h"
 #include "validate/checks/checker.h"
 #include "validate/oracle/shown_geometry.h"
@@ -126,7 +127,7 @@ class OracleChecker : public Checker {
   void begin(const Dataset& dataset, const Sequence& sequence) {
     is_begun_ = true;
     world_.emplace(options_.world);
-    if (world_->input_hash() != dataset.world_input_hash)
+    if (world_->input_hash() != dataset.world_input_hash || world_->name() != dataset.world_name)
       fail(ErrorKind::Input,
            "{}: the world {} of inputs {}; the dataset shows {} of inputs {}: give the world that "
            "it was rendered from",
@@ -138,6 +139,7 @@ class OracleChecker : public Checker {
            "versions: render and export it again to hold it against a world",
            dataset.root.string(), sequence.name);
     world_from_local_ = world_from_local(*world_, sequence);
+    compare_class_names(sequence);
     try {
       geometry_ = oracle::read_shown_geometry(dataset.root / sequence.geometry, sequence.geometry);
     } catch (const core::Error& error) {
@@ -155,6 +157,15 @@ class OracleChecker : public Checker {
       viewers_ = oracle::Viewers::InWater;
     terrain_ = std::make_unique<ExactWorld>(*world_, tiles, world_from_enu_of(*world_), viewers_);
     claims_.begin(*terrain_, world_from_local_);
+  }
+
+  /// Classes of terracast's worlds have one name and number each, also those that no image shows.
+  void compare_class_names(const Sequence& sequence) {
+    const auto known = core::semantic_class_names();
+    for (const auto& [number, name] : sequence.classes)
+      if (number < 0 || number >= std::ssize(known) ||
+          known[static_cast<std::size_t>(number)] != name)
+        class_.wrong(fmt::format("class {} is called {}", number, core::first_letters(name, 60)));
   }
 
   /// Where a camera's rays start, in its frame: at its place, or as far apart as the image's corners. Of rays that

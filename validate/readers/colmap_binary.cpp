@@ -5,6 +5,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "validate/readers/colmap_camera_kinds.h"
 #include "validate/readers/colmap_model.h"
 
 namespace terracast::validate {
@@ -78,32 +79,18 @@ void insert_new(Table& table, std::int64_t id, Value value, const std::string& n
 }
 
 void read_cameras(Bytes& bytes, ColmapModel& model) {
-  struct Kind {
-    const char* name;
-    int num_parameters;
-  };
-  static constexpr Kind kKinds[] = {{"SIMPLE_PINHOLE", 3},
-                                    {"PINHOLE", 4},
-                                    {"SIMPLE_RADIAL", 4},
-                                    {"RADIAL", 5},
-                                    {"OPENCV", 8},
-                                    {"OPENCV_FISHEYE", 8},
-                                    {"FULL_OPENCV", 12},
-                                    {"FOV", 5},
-                                    {"SIMPLE_RADIAL_FISHEYE", 4},
-                                    {"RADIAL_FISHEYE", 5},
-                                    {"THIN_PRISM_FISHEYE", 12}};
   const std::uint64_t num_cameras = bytes.count(bytes.take<std::uint64_t>(), 24);
   for (std::uint64_t i = 0; i < num_cameras; ++i) {
     const std::int64_t id = bytes.take<std::uint32_t>();
     const auto kind = bytes.take<std::int32_t>();
-    if (kind < 0 || kind >= static_cast<std::int32_t>(std::size(kKinds)))
+    if (kind < 0 || kind >= static_cast<std::int32_t>(kColmapCameraKinds.size()))
       fail(ErrorKind::Input, "{}: unknown camera model {}", bytes.name(), kind);
+    const ColmapCameraKind& known = kColmapCameraKinds[static_cast<std::size_t>(kind)];
     ColmapCamera camera;
-    camera.model = kKinds[kind].name;
+    camera.model = known.name;
     camera.width_px = bytes.id64();
     camera.height_px = bytes.id64();
-    for (int k = 0; k < kKinds[kind].num_parameters; ++k)
+    for (int k = 0; k < known.num_parameters; ++k)
       camera.parameters.push_back(bytes.number());
     insert_new(model.cameras, id, std::move(camera), bytes.name());
   }

@@ -19,7 +19,10 @@ using core::fail;
 /// The matrices P0 to P3 (and Tr, which must be there: pykitti fails without it).
 std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
                                            const std::string& name) {
+  const Projection axes_alone =
+      (Projection() << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0).finished();
   std::array<Projection, 4> projections;
+  Projection scanner = axes_alone;
   std::array<bool, 5> is_there{};
   const std::string text = core::read_text_file(file);
   for (const TextLine& line : split_lines(text)) {
@@ -34,12 +37,19 @@ std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
     const Projection matrix =
         projection_from_numbers(parse_numbers(line.text.substr(colon + 1), 12, where));
     const std::size_t index = is_projection ? static_cast<std::size_t>(key[1] - '0') : 4;
-    if (is_projection) projections[index] = matrix;
+    (is_projection ? projections[index] : scanner) = matrix;
     is_there[index] = true;
   }
   for (std::size_t i = 0; i < is_there.size(); ++i)
     if (!is_there[i])
       fail(ErrorKind::Input, "{}: no line {}", name, i < 4 ? "P" + std::to_string(i) + ":" : "Tr:");
+  // There is no scanner: its frame is camera 0's with x forward, y left, z up.
+  if (scanner != axes_alone)
+    fail(ErrorKind::Input, "{}: Tr is no change of axes from x forward, y left, z up", name);
+  for (std::size_t k = 0; k < 2; ++k)
+    if (projections[k] != projections[k + 2])
+      fail(ErrorKind::Input, "{}: P{} is not P{}; grey and colour are of one camera", name, k,
+           k + 2);
   return projections;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -18,11 +19,36 @@ using core::ErrorKind;
 using core::fail;
 using Eigen::Vector3d;
 
+/// Lines of a calib file by their place among its keys.
+constexpr std::size_t kLeftColor = 2, kCameraFromVelodyne = 5, kVelodyneFromBody = 6;
+constexpr double kDigitsOfRotations = 1e-9;  // the files have 13
+
 /// What one image's calib file says.
 struct Calibration {
   Projection p2;
   Eigen::Matrix3d rect = Eigen::Matrix3d::Identity();
+  Pose camera_from_body = {};
 };
+
+Pose pose_of(const std::vector<double>& numbers) {
+  const Projection matrix = projection_from_numbers(numbers);
+  return {matrix.leftCols<3>(), matrix.col(3)};
+}
+
+/// One camera stands for all four, at the place that P2 projects from; there is no scanner, so that its frame is
+/// the camera's with x forward, y left, z up.
+/// values   of the lines of a calib file
+void check_frames(const std::span<const std::vector<double>> values, const std::string& name) {
+  for (const std::size_t other : {0, 1, 3})
+    if (values[other] != values[kLeftColor])
+      fail(ErrorKind::Input, "{}: P{} is not P2; there is one camera", name, other);
+  if (projection_from_numbers(values[kLeftColor]).col(3) != Vector3d::Zero())
+    fail(ErrorKind::Input, "{}: P2 projects from beside the camera", name);
+  if (values[kCameraFromVelodyne] !=
+      std::vector<double>{0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0})
+    fail(ErrorKind::Input, "{}: Tr_velo_to_cam is no change of axes from x forward, y left, z up",
+         name);
+}
 
 Calibration read_calibration(const std::filesystem::path& file, const std::string& name) {
   struct Key {
@@ -53,6 +79,9 @@ Calibration read_calibration(const std::filesystem::path& file, const std::strin
   for (std::size_t i = 0; i < kKeys.size(); ++i)
     if (values[i].empty()) fail(ErrorKind::Input, "{}: no line {}:", name, kKeys[i].name);
   Calibration calibration{.p2 = projection_from_numbers(values[2])};
+  check_frames(values, name);
+  calibration.camera_from_body =
+      pose_of(values[kCameraFromVelodyne]) * pose_of(values[kVelodyneFromBody]);
   for (int i = 0; i < 9; ++i)
     calibration.rect(i / 3, i % 3) = values[4][static_cast<std::size_t>(i)];
   constexpr double kDigits = 1e-9;  // the files have 13
@@ -78,6 +107,17 @@ void take_intrinsics(const Calibration& calibration, const std::string& name,
   intrinsics.fy_px = k(1, 1);
   intrinsics.cx_px = k(0, 2) + 0.5;
   intrinsics.cy_px = k(1, 2) + 0.5;
+}
+
+/// throws   Input: the camera is elsewhere on the body than dataset.json says
+void check_mount(const Calibration& calibration, const std::string& name, const Camera& camera) {
+  if (!camera.body_from_camera) return;
+  const Pose stated = camera.body_from_camera->inverse();
+  constexpr double kDigits_m = 1e-9;  // of metres
+  if (!((calibration.camera_from_body.rotation - stated.rotation).norm() <= kDigitsOfRotations) ||
+      !((calibration.camera_from_body.translation - stated.translation).norm() <=
+        kDigits_m * (1.0 + stated.translation.norm())))
+    fail(ErrorKind::Input, "{}: Tr_imu_to_velo is not the camera's mount of dataset.json", name);
 }
 
 /// A row of label_2.
@@ -191,6 +231,7 @@ void KittiObjectReader::read(const Dataset& dataset, Sequence& sequence, Finding
     if (!findings.attempt(calib, [&] {
           calibration = read_calibration(dataset.root / calib, calib);
           take_intrinsics(calibration, calib, camera.intrinsics);
+          check_mount(calibration, calib, camera);
         }))
       continue;
     std::string text;

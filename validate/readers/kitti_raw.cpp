@@ -63,6 +63,7 @@ class KeyedNumbers {
 
 struct Calibration {
   std::array<Projection, 4> projections;
+  std::array<Eigen::Vector2d, 4> sizes_px;
   Pose camera0_from_imu;  ///< the rectified camera 0
 };
 
@@ -87,6 +88,11 @@ Calibration read_calibration(const Dataset& dataset, const std::string& date) {
            "{}/calib_cam_to_cam.txt: K_{}, R_{}, T_{} and R_rect_{} are not those of the rectified "
            "camera P_rect_{}",
            date, number, number, number, number, number);
+    const std::vector<double> size_px = cameras.at("S_" + number, 2);
+    if (size_px != cameras.at("S_rect_" + number, 2))
+      fail(ErrorKind::Input, "{}/calib_cam_to_cam.txt: S_{} is not S_rect_{}", date, number,
+           number);
+    calibration.sizes_px[k] = {size_px[0], size_px[1]};
     for (const double value : cameras.at("D_" + number, 5))
       if (value != 0.0)
         fail(ErrorKind::Input, "{}/calib_cam_to_cam.txt: D_{} is not 0: nothing is distorted", date,
@@ -149,6 +155,23 @@ void read_times(const Dataset& dataset, Sequence& sequence, Findings& findings) 
   }
 }
 
+/// The thirty names of a packet's numbers, in their order.
+void check_packet_names(const Dataset& dataset, const std::string& path) {
+  constexpr std::array kNames = {
+      "lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl",
+      "vu", "ax", "ay", "az", "af", "al", "au", "wx", "wy", "wz",
+      "wf", "wl", "wu", "pos_accuracy", "vel_accuracy", "navstat", "numsats", "posmode", "velmode",
+      "orimode"};
+  if (!dataset.files.contains(path)) return;
+  const std::string text = core::read_text_file(dataset.root / path);
+  const std::vector<TextLine> lines = split_lines(text);
+  if (lines.size() != kNames.size())
+    fail(ErrorKind::Input, "{}: {} lines for {} numbers", path, lines.size(), kNames.size());
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    if (lines[i].text.substr(0, lines[i].text.find(':')) != kNames[i])
+      fail(ErrorKind::Input, "{}:{}: another name than {}", path, lines[i].number, kNames[i]);
+}
+
 void read_packets(const Dataset& dataset, Sequence& sequence, Findings& findings) {
   const std::vector<std::string> paths = numbered_files(
       dataset, sequence.path + "/oxts/data", ".txt", sequence.num_frames, findings, false, kDigits);
@@ -189,6 +212,8 @@ void KittiRawReader::read(const Dataset& dataset, Sequence& sequence, Findings& 
     }
   });
   read_packets(dataset, sequence, findings);
+  const std::string names = sequence.path + "/oxts/dataformat.txt";
+  findings.attempt(names, [&] { check_packet_names(dataset, names); });
   read_times(dataset, sequence, findings);
   const std::string poses = sequence.path + "/poses.txt";
   if (std::filesystem::exists(dataset.root / poses) || dataset.files.contains(poses))
@@ -212,6 +237,12 @@ void KittiRawReader::read(const Dataset& dataset, Sequence& sequence, Findings& 
       findings.attempt(camera.files[0].color,
                        [&] { read_size(dataset, camera.files[0].color, camera.intrinsics); });
     if (!has_calibration) continue;
+    const Eigen::Vector2d& size_px = calibration.sizes_px[static_cast<std::size_t>(number)];
+    if (size_px.x() != camera.intrinsics.width_px || size_px.y() != camera.intrinsics.height_px)
+      findings.add(date + "/calib_cam_to_cam.txt",
+                   fmt::format("S_{:02} is {} x {}, of images of {} x {} px", number, size_px.x(),
+                               size_px.y(), camera.intrinsics.width_px,
+                               camera.intrinsics.height_px));
     const Pose imu_from_camera =
         (camera_from_camera0(calibration.projections[static_cast<std::size_t>(number)]) *
          calibration.camera0_from_imu)

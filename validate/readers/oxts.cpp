@@ -17,6 +17,15 @@ OxtsPacket parse_oxts(std::string_view text, const std::string& where) {
   if (!(std::abs(n[0]) <= 90.0) || !(std::abs(n[1]) <= 360.0) || !(std::abs(n[2]) < 1e6))
     core::fail(core::ErrorKind::Input, "{}: latitude {}, longitude {}, height {} is no place",
                where, n[0], n[1], n[2]);
+  for (std::size_t i = 25; i < n.size(); ++i)
+    if (n[i] != -1.0)
+      core::fail(core::ErrorKind::Input, "{}: {} for number {} of a packet, of no receiver: -1",
+                 where, n[i], i + 1);
+  // Of the packet's own decimals; a millimetre is what places must agree within.
+  constexpr double kMostAccuracy = 1e-3;
+  for (const std::size_t i : {23, 24})
+    if (!(n[i] > 0.0 && n[i] <= kMostAccuracy))
+      core::fail(core::ErrorKind::Input, "{}: an accuracy of {}", where, n[i]);
   const auto vector = [&](std::size_t at) { return Eigen::Vector3d(n[at], n[at + 1], n[at + 2]); };
   OxtsPacket packet;
   packet.place = {n[0], n[1], n[2]};

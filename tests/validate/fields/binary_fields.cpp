@@ -329,7 +329,11 @@ std::string changed_cell(const std::string& bytes, const std::string& table,
     value[0] = value[0] == 'q' ? 'k' : 'q';
     value = "'" + value + "'";
   } else if (cell[0] == "integer") {
-    value = fmt::format("{}", amount.changed(static_cast<std::int64_t>(std::stoll(value))));
+    // So large that no other row has that key.
+    constexpr std::int64_t kBeyondKeys = 1000;
+    const bool is_key = column.ends_with("_id") && column != "camera_id";
+    value = fmt::format("{}", amount.changed(static_cast<std::int64_t>(std::stoll(value))) +
+                                  (is_key ? kBeyondKeys : 0));
   } else {
     value = fmt::format("{:.17g}", cell[0] == "null" ? 0.5 : amount.changed(std::stod(value)));
   }

@@ -67,8 +67,11 @@ std::string changed_token(const std::string& word, const Amount& amount) {
   if (word.empty() || word == "null") return "1";
   if (is_whole_number(word))
     return fmt::format("{}", amount.changed(static_cast<std::int64_t>(std::stoll(word))));
-  if (const auto value = number_in(word))
-    return std::isfinite(*value) ? fmt::format("{}", amount.changed(*value)) : "1.5";
+  if (const auto value = number_in(word)) {
+    if (!std::isfinite(*value)) return "1.5";
+    const double changed = amount.changed(*value);
+    return changed == *value ? word : fmt::format("{}", changed);
+  }
   return changed_word(word, amount);
 }
 
@@ -172,9 +175,9 @@ std::vector<NamedChange> csv_fields(const std::string& text) {
 }
 
 // Rows of one kind have a name by their first word, where it ends in a colon, or by how their words begin: with a
-// number or not. From the twelfth column on rows repeat themselves, as tracks of points do.
+// number or not. From the thirtieth column on rows repeat themselves, as tracks of points do.
 std::vector<NamedChange> word_fields(const std::string& text) {
-  constexpr std::size_t kMostColumns = 15;
+  constexpr std::size_t kMostColumns = 30;
   std::vector<NamedChange> fields;
   for (const Token& line : lines_in(text)) {
     std::vector<Token> words = parts_of(text, line, " \t", false);
@@ -190,6 +193,12 @@ std::vector<NamedChange> word_fields(const std::string& text) {
       row.pop_back();
       fields.push_back(change_of("key", words[0]));
       words.erase(words.begin());
+      if (has_word && std::none_of(words.begin(), words.end(), [&](const Token& each) {
+            return number_in(text.substr(each.begin, each.end - each.begin)).has_value();
+          })) {
+        for (const Token& each : words) fields.push_back(change_of("words", each));
+        continue;
+      }
     } else if (word(0).starts_with('#')) {
       for (const Token& each : words) fields.push_back(change_of("comment", each));
       continue;

@@ -1,0 +1,207 @@
+#include <cmath>
+#include <map>
+
+#include "core/instance_id.h"
+#include "validate/checks/checker.h"
+#include "validate/checks/contradictions.h"
+#include "validate/checks/motion_agreement.h"
+
+/// What dataset.json and moving.csv say of things that move: that parts go with their things, that velocities,
+/// accelerations and turn rates are those of the places, and that masks show bodies within their boxes, of their
+/// classes and numbers.
+namespace terracast::validate {
+
+namespace {
+
+/// Of places and velocities of doubles, over what is added up of them.
+constexpr double kRigidRounding = 1e-6;
+
+StatedMotion stated_motion(const MovingState& state) {
+  const Eigen::Matrix3d& rotation = state.local_from_body.rotation;
+  return {state.local_from_body, rotation * state.motion.velocity_mps,
+          rotation * state.motion.acceleration_mps2, state.motion.turn_radps};
+}
+
+/// The body of which another one is a part; 0: of none that is there.
+int owner_of(const Moving& moving, std::size_t part) {
+  for (std::size_t i = 0; i < part; ++i)
+    if (moving.names[i] == moving.bodies[part].part_of && moving.bodies[i].part_of.empty())
+      return static_cast<int>(i) + 1;
+  return 0;
+}
+
+/// Numbers, names, models and classes of parts are their things', and things are numbered in their order.
+void compare_names(const Moving& moving, FileContradictions& found) {
+  std::int64_t next_id = core::kFirstMovingId;
+  for (std::size_t i = 0; i < moving.bodies.size(); ++i) {
+    const MovingBody& body = moving.bodies[i];
+    if (body.instance_id < 0) continue;
+    if (body.part_of.empty()) {
+      found.expect(body.instance_id == next_id++, "dataset.json: body {} has the instance_id {}",
+                   moving.names[i], body.instance_id);
+      continue;
+    }
+    const int owner = owner_of(moving, i);
+    found.expect(owner > 0 && moving.names[i].starts_with(body.part_of + "-"),
+                 "dataset.json: body {} is no part of {}", moving.names[i], body.part_of);
+    if (owner == 0) continue;
+    const MovingBody& thing = moving.bodies[static_cast<std::size_t>(owner - 1)];
+    found.expect(body.thing == thing.thing && body.class_name == thing.class_name &&
+                     body.instance_id == thing.instance_id,
+                 "dataset.json: thing, class or instance_id of {} are not those of {}",
+                 moving.names[i], body.part_of);
+  }
+}
+
+/// A part turns about a place that stands still in its thing, about an axis that does so too; it moves with that place.
+void compare_part(const Moving& moving, std::size_t part, int owner, FileContradictions& found) {
+  std::optional<Eigen::Vector3d> first_place, first_axis;
+  for (std::size_t frame = 0; frame < moving.states.size(); ++frame) {
+    const MovingState* of_part =
+        moving.state(static_cast<int>(frame), static_cast<int>(part) + 1);
+    const MovingState* of_thing = moving.state(static_cast<int>(frame), owner);
+    if (of_part == nullptr || of_thing == nullptr) {
+      found.expect(of_part == of_thing, "moving.csv: frame {} has one of {} and {} alone", frame,
+                   moving.names[part], moving.bodies[part].part_of);
+      continue;
+    }
+    const Pose thing_from_part = of_thing->local_from_body.inverse() * of_part->local_from_body;
+    const Eigen::Vector3d& place = thing_from_part.translation;
+    if (!first_place) first_place = place;
+    found.expect((place - *first_place).norm() <= kRigidRounding * (1.0 + place.norm()),
+                 "moving.csv: {} stands elsewhere on its thing at frame {} than before",
+                 moving.names[part], frame);
+    const BodyMotion& thing = of_thing->motion;
+    const Eigen::Matrix3d& turn = thing_from_part.rotation;
+    const Eigen::Vector3d velocity = thing.velocity_mps + thing.turn_radps.cross(place);
+    found.expect((turn * of_part->motion.velocity_mps - velocity).norm() <=
+                     kRigidRounding * (1.0 + velocity.norm()),
+                 "moving.csv: {} does not move with its place on its thing at frame {}",
+                 moving.names[part], frame);
+    const Eigen::Vector3d own = turn * of_part->motion.turn_radps - thing.turn_radps;
+    if (own.norm() <= kRigidRounding) continue;
+    if (!first_axis) first_axis = own.normalized();
+    found.expect(own.normalized().cross(*first_axis).norm() <= kRigidRounding,
+                 "moving.csv: {} turns about another axis at frame {} than before",
+                 moving.names[part], frame);
+  }
+}
+
+class MovingBodiesChecker : public Checker {
+ public:
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    const Sequence& sequence = window.sequence();
+    if (!sequence.moving || sequence.moving->bodies.empty()) return;
+    for (std::size_t i = 0; i < sequence.cameras.size(); ++i)
+      if (const auto view = window.view(static_cast<int>(i), window.frame()))
+        compare_image(*sequence.moving, *view);
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+    constexpr const char* kName = "moving_bodies";
+    if (!sequence.moving || sequence.moving->bodies.empty())
+      return {skipped_result(kName, "nothing moves")};
+    const Moving& moving = *sequence.moving;
+    compare_names(moving, found_);
+    for (std::size_t i = 0; i < moving.bodies.size(); ++i)
+      if (const int owner = owner_of(moving, i); owner > 0) compare_part(moving, i, owner, found_);
+    CheckResult result = found_.result(kName);
+    result.summary = fmt::format(
+        "Names and numbers of {} bodies, parts against their things, and {} pixels of masks "
+        "against boxes, classes and instances.",
+        moving.bodies.size(), num_pixels_);
+    result.reason = "Poses and motions are doubles; parts are mounted on their things.";
+    result.detects =
+        "a part that stands beside its place by 2 micrometres; a box that what is seen sticks out "
+        "of; another class";
+    std::vector<CheckResult> results = motions(moving, 1.0 / sequence.rate_hz);
+    results.insert(results.begin(), std::move(result));
+    return results;
+  }
+
+ private:
+  void compare_image(const Moving& moving, const View& view) {
+    const core::Image16& bodies = view.image->moving;
+    for (int y = 0; y < bodies.height(); ++y)
+      for (int x = 0; x < bodies.width(); ++x)
+        if (bodies(x, y) != 0) compare_pixel(moving, view, x, y, bodies(x, y));
+  }
+
+  void compare_pixel(const Moving& moving, const View& view, int x, int y, int number) {
+    const MovingState* state = moving.state(view.frame, number);
+    if (state == nullptr) return;  // `structure` tells of it
+    ++num_pixels_;
+    const MovingBody& body = moving.bodies[static_cast<std::size_t>(number - 1)];
+    const std::string& name = moving.names[static_cast<std::size_t>(number - 1)];
+    const LoadedImage& image = *view.image;
+    if (!image.instances.empty() && body.instance_id >= 0)
+      found_.expect(image.instances(x, y) == body.instance_id, "{}: instance {}, where {} is",
+                    place_of(view, x, y), image.instances(x, y), name);
+    if (!image.segmentation.empty() && !body.class_name.empty()) {
+      const auto known = view.sequence->classes.find(image.segmentation(x, y));
+      found_.expect(known != view.sequence->classes.end() && known->second == body.class_name,
+                    "{}: another class than {}, where {} is", place_of(view, x, y),
+                    body.class_name, name);
+    }
+    const auto depth_m = static_cast<double>(image.moving_depth.empty() ? NAN
+                                                                        : image.moving_depth(x, y));
+    if (view.lines || body.box_m.isEmpty() || !std::isfinite(depth_m)) return;
+    const Eigen::Vector3d point_camera =
+        view.camera->intrinsics.point_from_pixel({x + 0.5, y + 0.5}, depth_m);
+    const Eigen::Vector3d point_body =
+        state->local_from_body.inverse() * (view.local_from_camera * point_camera);
+    // Float32 of the distance, and the decimals of the formats' poses.
+    const double allowed_m = 1e-3 + 1e-6 * depth_m;
+    found_.expect(body.box_m.exteriorDistance(point_body) <= allowed_m,
+                  "{}: {} sticks out of its box by {:.3g} m", place_of(view, x, y), name,
+                  body.box_m.exteriorDistance(point_body));
+  }
+
+  /// Of each quantity the worst body's.
+  static std::vector<CheckResult> motions(const Moving& moving, double step_s) {
+    const char* const kHalf = "Half the smallest error that must be found.";
+    std::vector<CheckResult> worst;
+    for (std::size_t i = 0; i < moving.bodies.size(); ++i) {
+      std::vector<std::optional<StatedMotion>> body(moving.states.size());
+      for (std::size_t frame = 0; frame < body.size(); ++frame)
+        if (const MovingState* state =
+                moving.state(static_cast<int>(frame), static_cast<int>(i) + 1))
+          body[frame] = stated_motion(*state);
+      const std::vector<CheckResult> own = {
+          motion_result(body, step_s, kVelocity, 0.01 * typical_speed_mps(body),
+                        {"moving_velocity", 0.05, "%",
+                         "Steps between bodies' places against the mean of moving.csv's "
+                         "velocities, by the speed; the worst body.",
+                         kHalf, "0.1 % of velocity; velocities in the world's axes"}),
+          motion_result(body, step_s, kAcceleration, 1.0,
+                        {"moving_acceleration", 0.05, "m/s^2",
+                         "Changes of velocity between frames against the mean of their "
+                         "accelerations; the worst body.",
+                         kHalf, "0.1 m/s^2"}),
+          motion_result(body, step_s, kTurnRate, radians_from_degrees(1.0),
+                        {"moving_turn_rate", 0.05, "deg/s",
+                         "Turns between bodies' attitudes against the mean of their turn rates; "
+                         "the worst body.",
+                         kHalf, "0.1 deg/s; a sign"})};
+      if (worst.empty()) worst = own;
+      for (std::size_t k = 0; k < own.size(); ++k)
+        if ((worst[k].skipped && !own[k].skipped) ||
+            (!own[k].skipped && own[k].value > worst[k].value)) {
+          worst[k] = own[k];
+          worst[k].worst = moving.names[i] + ": " + worst[k].worst;
+        }
+    }
+    return worst;
+  }
+
+  FileContradictions found_;
+  std::int64_t num_pixels_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_moving_bodies_check(const ValidateOptions&) {
+  return std::make_unique<MovingBodiesChecker>();
+}
+
+}  // namespace terracast::validate

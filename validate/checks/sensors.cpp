@@ -1,0 +1,246 @@
+#include "validate/readers/sensors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.h"
+#include "validate/checks/checker.h"
+#include "validate/checks/contradictions.h"
+#include "validate/oracle/shown_geometry.h"
+#include "validate/oracle_view.h"
+
+/// Samples of sensors beside cameras: their times and mounts, and ranges by exact rays through the world's tiles.
+namespace terracast::validate {
+
+namespace {
+
+using oracle::ExactHit;
+using oracle::ExactRay;
+using oracle::ExactWorld;
+
+/// Samples are taken at k / rate, from the first frame's time to before a frame's time after the last.
+void compare_times(const SensorRecord& sensor, const Sequence& sequence,
+                   FileContradictions& found) {
+  // Doubles of seconds; the product of k and 1 / rate may be rounded otherwise than the quotient.
+  constexpr double kTimeRounding_s = 1e-12;
+  for (std::size_t k = 0; k < sensor.times_s.size(); ++k)
+    found.expect(
+        std::abs(sensor.times_s[k] - static_cast<double>(k) / sensor.rate_hz) <= kTimeRounding_s,
+        "{}: sample {} is at {} s, at {} Hz", sensor.file, k, sensor.times_s[k], sensor.rate_hz);
+  const double last_frame_s = (sequence.num_frames - 1) / sequence.rate_hz;
+  const double end_s = sequence.num_frames / sequence.rate_hz;
+  const double last_s = sensor.times_s.empty() ? -1.0 : sensor.times_s.back();
+  const double next_s = last_s + 1.0 / sensor.rate_hz;
+  found.expect(last_s < end_s + kTimeRounding_s &&
+                   (next_s > last_frame_s - kTimeRounding_s || sensor.times_s.empty()),
+               "{}: {} samples at {} Hz beside {} frames at {} Hz", sensor.file,
+               sensor.times_s.size(), sensor.rate_hz, sequence.num_frames, sequence.rate_hz);
+}
+
+void compare_ranges_with_settings(const SensorRecord& sensor, FileContradictions& found) {
+  if (sensor.kind != "rangefinder") return;
+  for (std::size_t k = 0; k < sensor.values.size(); ++k)
+    found.expect(std::isinf(sensor.values[k]) || (sensor.values[k] >= sensor.least_range_m &&
+                                                  sensor.values[k] <= sensor.most_range_m),
+                 "{}: range {} of sample {} is outside {} to {} m", sensor.file, sensor.values[k],
+                 k, sensor.least_range_m, sensor.most_range_m);
+}
+
+/// The body's pose that follows from the rig's mount is one and the same for all that the rig carries.
+void compare_mounts(const std::vector<SensorRecord>& sensors, FileContradictions& found) {
+  constexpr double kMountRounding = 1e-9;
+  std::map<std::string, Pose> body_from_rig;
+  for (const SensorRecord& sensor : sensors) {
+    const Pose pose = sensor.body_from_sensor * sensor.rig_from_sensor.inverse();
+    const auto [known, is_new] = body_from_rig.emplace(sensor.rig, pose);
+    found.expect(is_new || ((known->second.rotation - pose.rotation).norm() < kMountRounding &&
+                            (known->second.translation - pose.translation).norm() < kMountRounding),
+                 "{}: its two mounts put the rig {} elsewhere than another sensor's", sensor.file,
+                 sensor.rig);
+  }
+}
+
+/// The body at a frame, in the sequence's frame, by the first camera that has a pose.
+std::optional<Pose> local_from_body(const Sequence& sequence, std::size_t frame) {
+  for (const Camera& camera : sequence.cameras)
+    if (camera.body_from_camera && camera.local_from_camera[frame])
+      return *camera.local_from_camera[frame] * camera.body_from_camera->inverse();
+  return std::nullopt;
+}
+
+/// Ranges at the frames' times against the first of the world's surfaces.
+class RangeComparison {
+ public:
+  RangeComparison(const Dataset& dataset, const Sequence& sequence,
+                  const std::filesystem::path& world)
+      : dataset_(dataset), sequence_(sequence), folder_(world) {
+    const oracle::ShownGeometry geometry =
+        oracle::read_shown_geometry(dataset.root / sequence.geometry, sequence.geometry);
+    for (const oracle::ShownTile& tile : geometry.tiles) tiles_.push_back(tile.key);
+    world_from_local_ = world_from_local(folder_, sequence);
+    world_.emplace(folder_, tiles_, world_from_enu_of(folder_));
+  }
+
+  void compare(const SensorRecord& sensor) {
+    for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
+      const double frame = sensor.times_s[k] * sequence_.rate_hz;
+      constexpr double kSameTime = 1e-9;
+      if (std::abs(frame - std::round(frame)) > kSameTime) continue;
+      const auto at = static_cast<std::size_t>(std::lround(frame));
+      if (at >= static_cast<std::size_t>(sequence_.num_frames)) continue;
+      if (const auto body = local_from_body(sequence_, at)) compare(sensor, k, at, *body);
+    }
+  }
+
+  CheckResult result() {
+    CheckResult result;
+    result.name = "sensors_range";
+    if (num_compared_ == 0)
+      return unseen_result(result.name,
+                           "no sample is taken at a frame's time that meets what stands");
+    result.value = worst_;
+    result.bound = 1.0;
+    result.unit = "of what rounding allows";
+    result.ok = result.is_within_bound();
+    result.worst = worst_place_;
+    result.summary = fmt::format(
+        "{} samples of rangefinders at frames' times against exact rays; {} that may have met what "
+        "moves, and those between frames, are left out.",
+        num_compared_, num_left_out_);
+    result.reason =
+        "Ranges are doubles; the poses' decimals, carried to the triangle's plane, are what is "
+        "allowed.";
+    result.detects = "1 mm of range, 1 mm or 0.001 degrees of a mount, at 45 degrees from 100 m";
+    return result;
+  }
+
+ private:
+  void compare(const SensorRecord& sensor, std::size_t k, std::size_t frame, const Pose& body) {
+    const Pose local_from_sensor = body * sensor.body_from_sensor;
+    if (may_meet_what_moves(local_from_sensor, frame)) {
+      ++num_left_out_;
+      return;
+    }
+    ++num_compared_;
+    const Pose world_from_sensor = world_from_local_ * local_from_sensor;
+    const Eigen::Vector3d direction = world_from_sensor.rotation.col(0);
+    const Eigen::Vector3d near =
+        world_from_sensor.translation + sensor.least_range_m * direction;
+    const std::optional<ExactHit> hit =
+        world_->first_hit(ExactRay{near, near + OracleView::kThrough_m * direction},
+                          (sensor.most_range_m - sensor.least_range_m) / OracleView::kThrough_m);
+    const double stored_m = sensor.values[k * sensor.num_channels];
+    const std::string where = fmt::format("{}, sample {}", sensor.file, k);
+    if (!hit || std::isinf(stored_m)) {
+      if (hit.has_value() == std::isinf(stored_m)) note(1e9, where + ": a range without a surface");
+      return;
+    }
+    const double exact_m = sensor.least_range_m + hit->t * OracleView::kThrough_m;
+    // Micrometres of places, and what the decimals leave of a turn, against the triangle's plane.
+    const double sine = std::max(1e-6, std::abs(hit->normal_world.dot(direction)));
+    const PoseRounding rounding = pose_rounding(dataset_.format, distance_m(frame));
+    const double allowed_m =
+        1e-6 + (rounding.position_m + exact_m * rounding.angle_rad) / sine;
+    note(std::abs(stored_m - exact_m) / allowed_m,
+         fmt::format("{}: range {:.9g} m, exact {:.9g} m", where, stored_m, exact_m));
+  }
+
+  double distance_m(std::size_t frame) const {
+    const auto first = local_from_body(sequence_, 0), now = local_from_body(sequence_, frame);
+    return first && now ? (now->translation - first->translation).norm() : 0.0;
+  }
+
+  /// Bodies count as spheres around their boxes; of a box that is not stated nothing is sure.
+  bool may_meet_what_moves(const Pose& local_from_sensor, std::size_t frame) const {
+    if (!sequence_.moving) return false;
+    const auto ray = Eigen::ParametrizedLine<double, 3>(local_from_sensor.translation,
+                                                        local_from_sensor.rotation.col(0));
+    for (std::size_t i = 0; i < sequence_.moving->bodies.size(); ++i) {
+      const MovingState* state =
+          sequence_.moving->state(static_cast<int>(frame), static_cast<int>(i) + 1);
+      if (state == nullptr) continue;
+      const Eigen::AlignedBox3d& box = sequence_.moving->bodies[i].box_m;
+      if (box.isEmpty()) return true;
+      const Eigen::Vector3d center = state->local_from_body * box.center();
+      if (ray.distance(center) <= 0.5 * box.diagonal().norm()) return true;
+    }
+    return false;
+  }
+
+  void note(double share, std::string where) {
+    if (share <= worst_ && !worst_place_.empty()) return;
+    worst_ = share;
+    worst_place_ = std::move(where);
+  }
+
+  const Dataset& dataset_;
+  const Sequence& sequence_;
+  oracle::WorldFolder folder_;
+  std::vector<oracle::TileKey> tiles_;
+  Pose world_from_local_;
+  std::optional<ExactWorld> world_;
+  std::int64_t num_compared_ = 0, num_left_out_ = 0;
+  double worst_ = 0.0;
+  std::string worst_place_;
+};
+
+class SensorsChecker : public Checker {
+ public:
+  explicit SensorsChecker(const ValidateOptions& options) : world_(options.world) {}
+
+  std::vector<CheckResult> finish(const Dataset& dataset, const Sequence& sequence) override {
+    FileContradictions found;
+    std::vector<SensorRecord> sensors;
+    try {
+      sensors = read_sensors(dataset, sequence);
+    } catch (const core::Error& error) {
+      if (error.kind() == core::ErrorKind::Interrupted) throw;
+      found.expect(false, "{}", error.message());
+    }
+    if (sensors.empty() && found.count == 0)
+      return {skipped_result("sensors", "there are no sensors beside the cameras")};
+    for (const SensorRecord& sensor : sensors) {
+      compare_times(sensor, sequence, found);
+      compare_ranges_with_settings(sensor, found);
+    }
+    compare_mounts(sensors, found);
+    CheckResult result = found.result("sensors");
+    result.summary = fmt::format(
+        "sensors.json and the samples of {} sensors: names, channels, times k / rate, mounts.",
+        sensors.size());
+    result.reason = "They are doubles, and samples are taken at whole steps.";
+    result.detects = "a sample that is missing or late; another header; a mount of no rotation";
+    return {result, ranges(dataset, sequence, sensors)};
+  }
+
+ private:
+  CheckResult ranges(const Dataset& dataset, const Sequence& sequence,
+                     const std::vector<SensorRecord>& sensors) const {
+    constexpr const char* kName = "sensors_range";
+    const auto is_rangefinder = [](const SensorRecord& s) { return s.kind == "rangefinder"; };
+    if (std::none_of(sensors.begin(), sensors.end(), is_rangefinder))
+      return skipped_result(kName, "no rangefinder");
+    if (world_.empty() || sequence.geometry.empty())
+      return skipped_result(kName, "no world to hold it against: give --world STORE");
+    try {
+      RangeComparison comparison(dataset, sequence, world_);
+      for (const SensorRecord& sensor : sensors)
+        if (is_rangefinder(sensor)) comparison.compare(sensor);
+      return comparison.result();
+    } catch (const core::Error& error) {
+      if (error.kind() != core::ErrorKind::Input) throw;
+      return unseen_result(kName, error.message());  // `oracle` tells of the world
+    }
+  }
+
+  std::filesystem::path world_;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_sensors_check(const ValidateOptions& options) {
+  return std::make_unique<SensorsChecker>(options);
+}
+
+}  // namespace terracast::validate

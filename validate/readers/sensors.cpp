@@ -1,0 +1,123 @@
+#include "validate/readers/sensors.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/printable.h"
+#include "validate/text.h"
+
+namespace terracast::validate {
+
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+
+Pose read_mount(const Json& json, const std::string& where) {
+  const std::vector<double> q = json.at("quaternion_wxyz").numbers();
+  const std::vector<double> t = json.at("translation_m").numbers();
+  if (q.size() != 4 || t.size() != 3)
+    fail(ErrorKind::Input, "{}: a mount of {} and {} numbers, not 4 and 3", where, q.size(),
+         t.size());
+  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  constexpr double kUnitLength = 1e-9;
+  if (!(std::abs(rotation.norm() - 1.0) <= kUnitLength))
+    fail(ErrorKind::Input, "{}: a quaternion of length {}, not 1", where, rotation.norm());
+  return {rotation.toRotationMatrix(), {t[0], t[1], t[2]}};
+}
+
+/// "range_m" is in "m", "rate_radps" in "radps"; a name without a unit says nothing.
+void check_unit(const std::string& name, const std::string& unit, const std::string& where) {
+  if (!name.ends_with("_" + unit))
+    fail(ErrorKind::Input, "{}: channel {} has the unit \"{}\"", where,
+         core::first_letters(name, 60), core::first_letters(unit, 60));
+}
+
+/// A number, or an infinite one.
+double parse_sample(std::string_view cell, const std::string& where) {
+  if (cell == "inf") return std::numeric_limits<double>::infinity();
+  return parse_number(cell, where);
+}
+
+void read_samples(const Dataset& dataset, const std::string& header, SensorRecord& sensor) {
+  const std::string text = core::read_text_file(dataset.root / sensor.file);
+  const std::vector<TextLine> lines = split_lines(text);
+  if (lines.empty() || lines[0].text != header)
+    fail(ErrorKind::Input, "{}:1: another header than {}", sensor.file, header);
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const std::string where = sensor.file + ":" + std::to_string(lines[i].number);
+    const std::vector<std::string_view> cells = split_at(lines[i].text, ',');
+    if (cells.size() != 1 + sensor.num_channels)
+      fail(ErrorKind::Input, "{}: {} columns, not {}", where, cells.size(),
+           1 + sensor.num_channels);
+    sensor.times_s.push_back(parse_number(cells[0], where));
+    for (std::size_t k = 1; k < cells.size(); ++k)
+      sensor.values.push_back(parse_sample(cells[k], where));
+  }
+}
+
+/// The number behind `key = ` in a text of TOML.
+double setting_of(const std::string& toml, const std::string& key, const std::string& where) {
+  for (const TextLine& line : split_lines(toml)) {
+    const std::size_t equals = line.text.find('=');
+    if (equals != std::string_view::npos && trimmed(line.text.substr(0, equals)) == key)
+      return parse_number(trimmed(line.text.substr(equals + 1)), where);
+  }
+  fail(ErrorKind::Input, "{}: settings_toml has no {}", where, key);
+}
+
+SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const Json& json,
+                         const std::string& path) {
+  SensorRecord sensor;
+  sensor.rig = json.at("rig").string();
+  sensor.name = json.at("name").string();
+  sensor.kind = json.at("kind").string();
+  const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
+  const std::string file = json.at("file").string();
+  if (file != fmt::format("sensors/{}/{}.csv", sensor.rig, sensor.name))
+    fail(ErrorKind::Input, "{}: its file is {}; sensors/RIG/NAME.csv is right", where,
+         core::first_letters(file, 100));
+  sensor.file = sequence.path + "/" + file;
+  if (!dataset.files.contains(sensor.file))
+    fail(ErrorKind::Input, "{}: {} is not in dataset.json", where, sensor.file);
+  sensor.rate_hz = json.at("rate_hz").number();
+  if (!(sensor.rate_hz > 0.0)) fail(ErrorKind::Input, "{}: rate_hz = {}", where, sensor.rate_hz);
+  sensor.body_from_sensor = read_mount(json.at("body_from_sensor"), where);
+  sensor.rig_from_sensor = read_mount(json.at("rig_from_sensor"), where);
+  std::string header = "time_s";
+  const Json& channels = json.at("channels");
+  sensor.num_channels = channels.size();
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const std::string name = channels.at(i).at("name").string();
+    check_unit(name, channels.at(i).at("unit").string(), where);
+    header += "," + name;
+  }
+  if (sensor.kind == "rangefinder") {
+    const std::string settings = json.at("settings_toml").string();
+    sensor.least_range_m = setting_of(settings, "least_range_m", where);
+    sensor.most_range_m = setting_of(settings, "most_range_m", where);
+  }
+  read_samples(dataset, header, sensor);
+  return sensor;
+}
+
+}  // namespace
+
+std::vector<SensorRecord> read_sensors(const Dataset& dataset, const Sequence& sequence) {
+  const std::string path = sequence.path + "/sensors.json";
+  if (!dataset.files.contains(path)) return {};
+  const Json json = Json::read(dataset.root / path);
+  if (json.at("frames").string() != "body, rig and sensor: x forward, y left, z up")
+    fail(ErrorKind::Input, "{}: frames of other axes than x forward, y left, z up", path);
+  std::vector<SensorRecord> sensors;
+  for (std::size_t i = 0; i < json.at("sensors").size(); ++i)
+    sensors.push_back(read_sensor(dataset, sequence, json.at("sensors").at(i), path));
+  return sensors;
+}
+
+}  // namespace terracast::validate
