@@ -22,7 +22,7 @@
   X(motion, "velocity, acceleration and turn of motion.csv against the body's poses")              \
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \
-  X(moving_bodies, "what is said of things that move: their motion, parts, classes and boxes")      \
+  X(moving_bodies, "what is said of things that move: their motion, parts, classes and boxes")     \
   X(oracle,                                                                                        \
     "depth, classes and visibility against exact rays through the world's tiles (--world)")        \
   X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \
@@ -30,7 +30,7 @@
   X(rays, "the table of rays beside a camera's model: each goes to its pixel's centre")            \
   X(reprojection, "depth carried by poses into other images against the depth there")              \
   X(segmentation, "classes carried by depth and poses into other images against those there")      \
-  X(sensors, "samples of sensors beside cameras: times, mounts, ranges against the world's tiles")  \
+  X(sensors, "samples of sensors beside cameras: times, mounts, ranges against the world's tiles") \
   X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \
   X(structure,                                                                                     \
     "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside "  \

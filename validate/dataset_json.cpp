@@ -256,8 +256,8 @@ std::vector<Camera> read_calibration_file(const Dataset& dataset, const std::str
   const Json json = Json::read(dataset.root / path);
   if (json.at("format").string() != "terracast-calibration" || json.at("version").integer() != 1 ||
       json.at("calibration").string() != kind)
-    fail(ErrorKind::Input,
-         "{}: \"terracast-calibration\", version 1, calibration \"{}\" are right", path, kind);
+    fail(ErrorKind::Input, "{}: \"terracast-calibration\", version 1, calibration \"{}\" are right",
+         path, kind);
   const Json& cameras = json.at("cameras");
   if (!cameras.is_array() || cameras.size() != sequence.cameras.size())
     fail(ErrorKind::Input, "{}: other cameras than dataset.json has", path);
@@ -293,11 +293,14 @@ std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string&
     }
   });
   std::vector<Camera> believed;
-  findings.attempt(believed_path,
-                   [&] {
-                     believed =
-                         read_calibration_file(dataset, believed_path, "believed", sequence);
-                   });
+  findings.attempt(believed_path, [&] {
+    believed = read_calibration_file(dataset, believed_path, "believed", sequence);
+    for (std::size_t i = 0; i < believed.size(); ++i)
+      if (believed[i].stated->width_px != sequence.cameras[i].stated->width_px ||
+          believed[i].stated->height_px != sequence.cameras[i].stated->height_px)
+        fail(ErrorKind::Input, "{}: camera {} has another size in dataset.json", believed_path,
+             believed[i].name);
+  });
   return believed;
 }
 
@@ -385,6 +388,9 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
       fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", path);
     return path;
   };
+  if (!addition("georeference").starts_with(sequence.path + "/"))
+    fail(ErrorKind::Input, "dataset.json: georeference of {} is outside of its path {}",
+         sequence.name, sequence.path);
   read_georeference(dataset, addition("georeference"), sequence, findings);
   if (json.has("bounds")) read_bounds(dataset, addition("bounds"), sequence, findings);
   if (json.has("geometry")) sequence.geometry = addition("geometry");

@@ -12,8 +12,9 @@ namespace terracast::validate {
 
 /// What a dataset states and no check proves. In both patterns * stands for any letters.
 struct NotProved {
-  std::string files;   ///< paths: "*/sensors/*.csv"
-  std::string fields;  ///< members of JSON as "/cameras/*/name", columns as "range_m", words as "P2[3]"; "*": all
+  std::string files;  ///< paths: "*/sensors/*.csv"
+  std::string
+      fields;  ///< members of JSON as "/cameras/*/name", columns as "range_m", words as "P2[3]"; "*": all
   std::string why;
   std::int64_t num_files = 0;  ///< of the dataset
 };

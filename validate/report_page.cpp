@@ -111,7 +111,8 @@ std::string causes(const Json& report) {
 std::string not_proved_table(const Json& report) {
   if (!report.has("not_proved") || report.at("not_proved").size() == 0) return "";
   std::string html =
-      "<section id=\"not-proved\"><h2>Not proved</h2>\n<p>What the files state beside, and no check "
+      "<section id=\"not-proved\"><h2>Not proved</h2>\n<p>What the files state beside, and no "
+      "check "
       "of this format proves.</p>\n<div class=\"wide\"><table><thead><tr><th scope=\"col\">files"
       "</th><th scope=\"col\" class=\"num\">how many</th><th scope=\"col\">fields</th>"
       "<th scope=\"col\">why</th></tr></thead><tbody>\n";
@@ -166,9 +167,8 @@ std::string section(const Json& check) {
   item("why this bound", check.at("reason").string());
   item("finds", check.at("detects").string());
   if (check.has("probability"))
-    item("in a right dataset",
-         fmt::format("a value as far off has a probability of {:.2g}",
-                     check.at("probability").number()));
+    item("in a right dataset", fmt::format("a value as far off has a probability of {:.2g}",
+                                           check.at("probability").number()));
   if (check.has("smallest"))
     item("smallest error that would have shown",
          fmt::format("{} {}", shown(check.at("smallest").number()), unit));

@@ -63,8 +63,7 @@ Camera camera_part(const Camera& camera, const Span& span) {
 std::optional<Moving> moving_part(const std::optional<Moving>& moving, const Span& span) {
   if (!moving) return std::nullopt;
   const auto& [names, masks, states, bodies] = *moving;
-  return Moving{
-      .names = names, .masks = masks, .states = span.cut(states), .bodies = bodies};
+  return Moving{.names = names, .masks = masks, .states = span.cut(states), .bodies = bodies};
 }
 
 std::optional<StereoPair> pair_among(const std::optional<StereoPair>& pair,

@@ -42,11 +42,11 @@ class ClocksChecker : public Checker {
     constexpr double kRounding_s = 1.1e-9;
     constexpr double kNormal = 1e12;  // degrees of freedom
     const StatedClock clock = camera.clock.value_or(StatedClock{});
-    const double off_s =
-        camera.stamps_s[frame] - (time_s + clock.offset_s + clock.drift * time_s);
+    const double off_s = camera.stamps_s[frame] - (time_s + clock.offset_s + clock.drift * time_s);
     const double allowed_s =
-        kRounding_s + clock.jitter_sd_s *
-                          student_quantile(kFalseVerdict / static_cast<double>(num_stamps), kNormal);
+        kRounding_s +
+        clock.jitter_sd_s *
+            student_quantile(kFalseVerdict / static_cast<double>(num_stamps), kNormal);
     note_worst(result, std::abs(off_s) / allowed_s,
                fmt::format("{}, frame {}: {:.3g} s off", camera.name, frame, off_s));
   }

@@ -74,6 +74,8 @@ void compare_database_images(const Sequence& sequence, const ColmapDatabase& dat
                  "georeference.csv",
                  id);
     const auto prior = database.pose_priors.find(id);
+    found.expect(prior != database.pose_priors.end(),
+                 "database.db: image {} has no row in pose_priors", id);
     if (prior == database.pose_priors.end()) continue;
     const std::vector<double>& position = prior->second.position;
     found.expect(prior->second.coordinate_system == 0 && position.size() == 3 &&

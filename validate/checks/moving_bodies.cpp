@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -57,8 +58,7 @@ void compare_names(const Moving& moving, FileContradictions& found) {
 void compare_part(const Moving& moving, std::size_t part, int owner, FileContradictions& found) {
   std::optional<Eigen::Vector3d> first_place, first_axis;
   for (std::size_t frame = 0; frame < moving.states.size(); ++frame) {
-    const MovingState* of_part =
-        moving.state(static_cast<int>(frame), static_cast<int>(part) + 1);
+    const MovingState* of_part = moving.state(static_cast<int>(frame), static_cast<int>(part) + 1);
     const MovingState* of_thing = moving.state(static_cast<int>(frame), owner);
     if (of_part == nullptr || of_thing == nullptr) {
       found.expect(of_part == of_thing, "moving.csv: frame {} has one of {} and {} alone", frame,
@@ -140,11 +140,11 @@ class MovingBodiesChecker : public Checker {
     if (!image.segmentation.empty() && !body.class_name.empty()) {
       const auto known = view.sequence->classes.find(image.segmentation(x, y));
       found_.expect(known != view.sequence->classes.end() && known->second == body.class_name,
-                    "{}: another class than {}, where {} is", place_of(view, x, y),
-                    body.class_name, name);
+                    "{}: another class than {}, where {} is", place_of(view, x, y), body.class_name,
+                    name);
     }
-    const auto depth_m = static_cast<double>(image.moving_depth.empty() ? NAN
-                                                                        : image.moving_depth(x, y));
+    const auto depth_m =
+        static_cast<double>(image.moving_depth.empty() ? NAN : image.moving_depth(x, y));
     if (view.lines || body.box_m.isEmpty() || !std::isfinite(depth_m)) return;
     const Eigen::Vector3d point_camera =
         view.camera->intrinsics.point_from_pixel({x + 0.5, y + 0.5}, depth_m);
@@ -157,11 +157,19 @@ class MovingBodiesChecker : public Checker {
                   body.box_m.exteriorDistance(point_body));
   }
 
-  /// Of each quantity the worst body's.
+  /// Whether a body turns by less than half a turn from frame to frame: else its attitudes do not tell how fast.
+  static bool is_slow_turn(const std::vector<std::optional<StatedMotion>>& body, double step_s) {
+    return std::all_of(body.begin(), body.end(), [&](const auto& motion) {
+      return !motion || motion->turn_body_radps.norm() * step_s < kPi;
+    });
+  }
+
+  /// Of each quantity the worst thing's; parts are held against their things.
   static std::vector<CheckResult> motions(const Moving& moving, double step_s) {
     const char* const kHalf = "Half the smallest error that must be found.";
     std::vector<CheckResult> worst;
     for (std::size_t i = 0; i < moving.bodies.size(); ++i) {
+      if (!moving.bodies[i].part_of.empty()) continue;
       std::vector<std::optional<StatedMotion>> body(moving.states.size());
       for (std::size_t frame = 0; frame < body.size(); ++frame)
         if (const MovingState* state =
@@ -178,11 +186,14 @@ class MovingBodiesChecker : public Checker {
                          "Changes of velocity between frames against the mean of their "
                          "accelerations; the worst body.",
                          kHalf, "0.1 m/s^2"}),
-          motion_result(body, step_s, kTurnRate, radians_from_degrees(1.0),
-                        {"moving_turn_rate", 0.05, "deg/s",
-                         "Turns between bodies' attitudes against the mean of their turn rates; "
-                         "the worst body.",
-                         kHalf, "0.1 deg/s; a sign"})};
+          !is_slow_turn(body, step_s)
+              ? unseen_result("moving_turn_rate", moving.names[i] + " turns too fast to tell")
+              : motion_result(
+                    body, step_s, kTurnRate, radians_from_degrees(1.0),
+                    {"moving_turn_rate", 0.05, "deg/s",
+                     "Turns between bodies' attitudes against the mean of their turn rates; "
+                     "the worst body.",
+                     kHalf, "0.1 deg/s; a sign"})};
       if (worst.empty()) worst = own;
       for (std::size_t k = 0; k < own.size(); ++k)
         if ((worst[k].skipped && !own[k].skipped) ||

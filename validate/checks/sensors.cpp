@@ -125,8 +125,7 @@ class RangeComparison {
     ++num_compared_;
     const Pose world_from_sensor = world_from_local_ * local_from_sensor;
     const Eigen::Vector3d direction = world_from_sensor.rotation.col(0);
-    const Eigen::Vector3d near =
-        world_from_sensor.translation + sensor.least_range_m * direction;
+    const Eigen::Vector3d near = world_from_sensor.translation + sensor.least_range_m * direction;
     const std::optional<ExactHit> hit =
         world_->first_hit(ExactRay{near, near + OracleView::kThrough_m * direction},
                           (sensor.most_range_m - sensor.least_range_m) / OracleView::kThrough_m);
@@ -140,8 +139,7 @@ class RangeComparison {
     // Micrometres of places, and what the decimals leave of a turn, against the triangle's plane.
     const double sine = std::max(1e-6, std::abs(hit->normal_world.dot(direction)));
     const PoseRounding rounding = pose_rounding(dataset_.format, distance_m(frame));
-    const double allowed_m =
-        1e-6 + (rounding.position_m + exact_m * rounding.angle_rad) / sine;
+    const double allowed_m = 1e-6 + (rounding.position_m + exact_m * rounding.angle_rad) / sine;
     note(std::abs(stored_m - exact_m) / allowed_m,
          fmt::format("{}: range {:.9g} m, exact {:.9g} m", where, stored_m, exact_m));
   }

@@ -210,9 +210,9 @@ class Annotations {
         fail(ErrorKind::Input, "{}: image {} stands twice", kInstances, image.at("id").integer());
       images_[name] = &image;
       if (!image.has("frame")) continue;
-      const std::string wanted = fmt::format(
-          "{}/{}/{}.png", image.at("sequence").string(), image.at("camera").string(),
-          frame_digits(static_cast<int>(image.at("frame").integer())));
+      const std::string wanted =
+          fmt::format("{}/{}/{}.png", image.at("sequence").string(), image.at("camera").string(),
+                      frame_digits(static_cast<int>(image.at("frame").integer())));
       if (name != wanted)
         fail(ErrorKind::Input, "{}: {} is frame {} of {} in {}", kInstances,
              core::first_letters(name, 100), image.at("frame").integer(),
@@ -342,6 +342,9 @@ class Annotations {
     const std::string& file = file_of_id_.at(annotation.at("image_id").integer());
     const std::string sequence = file.substr(0, file.find('/'));
     const std::int64_t id = annotation.at("instance_id").integer();
+    if (!listed_.emplace(file, id).second)
+      fail(ErrorKind::Input, "{}: instance_id {} stands twice in {}", where, id,
+           core::first_letters(file, 100));
     const auto of_number = instance_of_number_.emplace(std::pair(sequence, number), id).first;
     const auto of_instance = number_of_instance_.emplace(std::pair(sequence, id), number).first;
     if (of_number->second != id || of_instance->second != number)
@@ -350,6 +353,7 @@ class Annotations {
   }
 
   const Dataset& dataset_;
+  mutable std::set<std::pair<std::string, std::int64_t>> listed_;
   mutable std::map<std::pair<std::string, std::uint32_t>, std::int64_t> instance_of_number_;
   mutable std::map<std::pair<std::string, std::int64_t>, std::uint32_t> number_of_instance_;
   std::map<std::int64_t, std::string> file_of_id_;

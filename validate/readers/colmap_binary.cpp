@@ -90,8 +90,7 @@ void read_cameras(Bytes& bytes, ColmapModel& model) {
     camera.model = known.name;
     camera.width_px = bytes.id64();
     camera.height_px = bytes.id64();
-    for (int k = 0; k < known.num_parameters; ++k)
-      camera.parameters.push_back(bytes.number());
+    for (int k = 0; k < known.num_parameters; ++k) camera.parameters.push_back(bytes.number());
     insert_new(model.cameras, id, std::move(camera), bytes.name());
   }
 }
@@ -150,7 +149,13 @@ void read_rigs(Bytes& bytes, ColmapModel& model) {
       ColmapSensor sensor;
       sensor.type = bytes.take<std::int32_t>();
       sensor.id = bytes.take<std::uint32_t>();
-      if (k > 0) sensor.has_pose = bytes.take<std::uint8_t>() != 0;
+      if (k > 0) {
+        const auto has_pose = bytes.take<std::uint8_t>();
+        if (has_pose > 1)
+          fail(ErrorKind::Input, "{}: has_pose = {} of rig {}; 0 or 1 are right", bytes.name(),
+               has_pose, id);
+        sensor.has_pose = has_pose == 1;
+      }
       if (sensor.has_pose) sensor.sensor_from_rig = bytes.pose();
       rig.sensors.push_back(sensor);
     }

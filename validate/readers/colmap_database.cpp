@@ -25,9 +25,7 @@ class DatabaseRow {
   explicit DatabaseRow(sqlite3_stmt* statement) : statement_(statement) {}
   std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
   double number(int column) const { return sqlite3_column_double(statement_, column); }
-  bool is_null(int column) const {
-    return sqlite3_column_type(statement_, column) == SQLITE_NULL;
-  }
+  bool is_null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
   std::string text(int column) const {
     const unsigned char* text = sqlite3_column_text(statement_, column);
     return text == nullptr ? "" : reinterpret_cast<const char*>(text);
@@ -107,9 +105,10 @@ void read_database_images(const DatabaseBytes& database, ColmapDatabase& content
       "SELECT image_id, name, camera_id, prior_tx, prior_ty, prior_tz, "
       "COALESCE(prior_qw, prior_qx, prior_qy, prior_qz) FROM images",
       [&](const DatabaseRow& row) {
-        content.images[row.integer(0)] = {
-            row.text(1), row.integer(2), {row.number(3), row.number(4), row.number(5)},
-            !row.is_null(6)};
+        content.images[row.integer(0)] = {row.text(1),
+                                          row.integer(2),
+                                          {row.number(3), row.number(4), row.number(5)},
+                                          !row.is_null(6)};
       });
   database.each_row(
       "SELECT image_id, position, coordinate_system, position_covariance FROM pose_priors",

@@ -19,8 +19,7 @@ using core::fail;
 /// The matrices P0 to P3 (and Tr, which must be there: pykitti fails without it).
 std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
                                            const std::string& name) {
-  const Projection axes_alone =
-      (Projection() << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0).finished();
+  const Projection axes_alone = (Projection() << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0).finished();
   std::array<Projection, 4> projections;
   Projection scanner = axes_alone;
   std::array<bool, 5> is_there{};

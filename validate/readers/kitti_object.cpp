@@ -44,8 +44,7 @@ void check_frames(const std::span<const std::vector<double>> values, const std::
       fail(ErrorKind::Input, "{}: P{} is not P2; there is one camera", name, other);
   if (projection_from_numbers(values[kLeftColor]).col(3) != Vector3d::Zero())
     fail(ErrorKind::Input, "{}: P2 projects from beside the camera", name);
-  if (values[kCameraFromVelodyne] !=
-      std::vector<double>{0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0})
+  if (values[kCameraFromVelodyne] != std::vector<double>{0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0})
     fail(ErrorKind::Input, "{}: Tr_velo_to_cam is no change of axes from x forward, y left, z up",
          name);
 }

@@ -158,10 +158,10 @@ void read_times(const Dataset& dataset, Sequence& sequence, Findings& findings) 
 /// The thirty names of a packet's numbers, in their order.
 void check_packet_names(const Dataset& dataset, const std::string& path) {
   constexpr std::array kNames = {
-      "lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl",
-      "vu", "ax", "ay", "az", "af", "al", "au", "wx", "wy", "wz",
-      "wf", "wl", "wu", "pos_accuracy", "vel_accuracy", "navstat", "numsats", "posmode", "velmode",
-      "orimode"};
+      "lat",          "lon",     "alt",     "roll",    "pitch",   "yaw",    "vn", "ve",
+      "vf",           "vl",      "vu",      "ax",      "ay",      "az",     "af", "al",
+      "au",           "wx",      "wy",      "wz",      "wf",      "wl",     "wu", "pos_accuracy",
+      "vel_accuracy", "navstat", "numsats", "posmode", "velmode", "orimode"};
   if (!dataset.files.contains(path)) return;
   const std::string text = core::read_text_file(dataset.root / path);
   const std::vector<TextLine> lines = split_lines(text);
@@ -181,6 +181,17 @@ void read_packets(const Dataset& dataset, Sequence& sequence, Findings& findings
       findings.attempt(paths[i], [&] {
         sequence.oxts[i] = parse_oxts(core::read_text_file(dataset.root / paths[i]), paths[i]);
       });
+}
+
+/// poses.txt, whose rotations are good to their digits.
+std::vector<Pose> read_true_rotations(const Dataset& dataset, const std::string& path,
+                                      const Sequence& sequence, Findings& findings) {
+  constexpr double kDigitsOfRotation = 1e-6;
+  std::vector<Pose> poses = read_relative_poses(dataset, path, sequence.num_frames, findings);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    if (!poses[i].rotation.isUnitary(kDigitsOfRotation))
+      findings.add(path, fmt::format("row {} holds no rotation", i + 1));
+  return poses;
 }
 
 void check_name(const Sequence& sequence, const std::string& date, Findings& findings) {
@@ -217,8 +228,7 @@ void KittiRawReader::read(const Dataset& dataset, Sequence& sequence, Findings& 
   read_times(dataset, sequence, findings);
   const std::string poses = sequence.path + "/poses.txt";
   if (std::filesystem::exists(dataset.root / poses) || dataset.files.contains(poses))
-    sequence.first_from_camera0 =
-        read_relative_poses(dataset, poses, sequence.num_frames, findings);
+    sequence.first_from_camera0 = read_true_rotations(dataset, poses, sequence, findings);
 
   const Pose local_from_ecef = ecef_from_local(sequence.origin).inverse();
   for (Camera& camera : sequence.cameras) {
@@ -239,10 +249,10 @@ void KittiRawReader::read(const Dataset& dataset, Sequence& sequence, Findings& 
     if (!has_calibration) continue;
     const Eigen::Vector2d& size_px = calibration.sizes_px[static_cast<std::size_t>(number)];
     if (size_px.x() != camera.intrinsics.width_px || size_px.y() != camera.intrinsics.height_px)
-      findings.add(date + "/calib_cam_to_cam.txt",
-                   fmt::format("S_{:02} is {} x {}, of images of {} x {} px", number, size_px.x(),
-                               size_px.y(), camera.intrinsics.width_px,
-                               camera.intrinsics.height_px));
+      findings.add(
+          date + "/calib_cam_to_cam.txt",
+          fmt::format("S_{:02} is {} x {}, of images of {} x {} px", number, size_px.x(),
+                      size_px.y(), camera.intrinsics.width_px, camera.intrinsics.height_px));
     const Pose imu_from_camera =
         (camera_from_camera0(calibration.projections[static_cast<std::size_t>(number)]) *
          calibration.camera0_from_imu)

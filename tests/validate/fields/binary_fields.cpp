@@ -176,7 +176,7 @@ class Records {
 };
 
 void take_cameras(Records& records) {
-  const std::map<std::int32_t, int> num_parameters = {{0, 3}, {1, 4}, {2, 4}, {3, 5}, {4, 8},
+  const std::map<std::int32_t, int> num_parameters = {{0, 3}, {1, 4},  {2, 4}, {3, 5},  {4, 8},
                                                       {5, 8}, {6, 12}, {7, 5}, {10, 12}};
   const auto count = records.take<std::uint64_t>("count");
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -280,11 +280,11 @@ class MemoryDatabase {
   void set(const std::string& table, const std::string& row, const std::string& column,
            const std::string& sql_value) {
     check(sqlite3_exec(handle_.get(), "PRAGMA foreign_keys = OFF", nullptr, nullptr, nullptr));
-    check(sqlite3_exec(handle_.get(),
-                       fmt::format("UPDATE {} SET {} = {} WHERE rowid = {}", table, column,
-                                   sql_value, row)
-                           .c_str(),
-                       nullptr, nullptr, nullptr));
+    check(sqlite3_exec(
+        handle_.get(),
+        fmt::format("UPDATE {} SET {} = {} WHERE rowid = {}", table, column, sql_value, row)
+            .c_str(),
+        nullptr, nullptr, nullptr));
   }
   std::string bytes() {
     sqlite3_int64 size = 0;
@@ -312,14 +312,13 @@ std::string hexadecimal(const std::string& bytes) {
 }
 
 /// A cell changed: of a blob one of its doubles.
-std::string changed_cell(const std::string& bytes, const std::string& table,
-                         const std::string& row, const std::string& column, std::size_t part,
-                         const Amount& amount) {
+std::string changed_cell(const std::string& bytes, const std::string& table, const std::string& row,
+                         const std::string& column, std::size_t part, const Amount& amount) {
   MemoryDatabase database(bytes);
-  const auto cell =
-      database
-          .rows(fmt::format("SELECT typeof({0}), {0} FROM {1} WHERE rowid = {2}", column, table, row))
-          .at(0);
+  const auto cell = database
+                        .rows(fmt::format("SELECT typeof({0}), {0} FROM {1} WHERE rowid = {2}",
+                                          column, table, row))
+                        .at(0);
   std::string value = cell[1];
   if (cell[0] == "blob") {
     change_value<double>(value, 8 * part, amount);
@@ -367,9 +366,8 @@ std::vector<NamedChange> png_fields(const std::string& bytes) {
   for (int k = 0; k < num_channels; ++k)
     fields.emplace_back(
         fmt::format("channel {}", k), [k](const std::string& all, const Amount& amount) {
-          return std::visit(
-              [&](const auto& image) { return changed_levels(image, k, amount); },
-              core::decode_png(bytes_of(all), "png"));
+          return std::visit([&](const auto& image) { return changed_levels(image, k, amount); },
+                            core::decode_png(bytes_of(all), "png"));
         });
   return fields;
 }
@@ -391,18 +389,18 @@ std::vector<NamedChange> database_fields(const std::string& bytes) {
   std::vector<NamedChange> fields;
   for (const auto& table :
        database.rows("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name"))
-    for (const auto& column : database.rows(fmt::format("SELECT name FROM pragma_table_info('{}')",
-                                                        table[0])))
-      for (const auto& row : database.rows(fmt::format(
-               "SELECT CAST(rowid AS TEXT), typeof({0}), length({0}) FROM {1}", column[0], table[0]))) {
+    for (const auto& column :
+         database.rows(fmt::format("SELECT name FROM pragma_table_info('{}')", table[0])))
+      for (const auto& row : database.rows(
+               fmt::format("SELECT CAST(rowid AS TEXT), typeof({0}), length({0}) FROM {1}",
+                           column[0], table[0]))) {
         const std::size_t num_parts = row[1] == "blob" ? std::stoull(row[2]) / 8 : 1;
         for (std::size_t part = 0; part < num_parts; ++part)
-          fields.emplace_back(
-              fmt::format("{}.{}{}", table[0], column[0],
-                          num_parts > 1 ? fmt::format("[{}]", part) : ""),
-              [=](const std::string& all, const Amount& amount) {
-                return changed_cell(all, table[0], row[0], column[0], part, amount);
-              });
+          fields.emplace_back(fmt::format("{}.{}{}", table[0], column[0],
+                                          num_parts > 1 ? fmt::format("[{}]", part) : ""),
+                              [=](const std::string& all, const Amount& amount) {
+                                return changed_cell(all, table[0], row[0], column[0], part, amount);
+                              });
       }
   return fields;
 }

@@ -19,7 +19,7 @@ struct Amount {
 
   /// -1 or 1, times a number in [1, 3).
   double signed_size() const;
-  /// A real number changed. One that is not finite, or 0 where the change is relative, stays.
+  /// A real number changed. One that is not finite, or below 1e-9 where the change is relative, stays.
   double changed(double value) const;
   std::int64_t changed(std::int64_t value) const;
 };

@@ -1,5 +1,7 @@
 // Every field of every file of every format is proved by some check, or named as not proved.
 
+#include "tests/validate/fields/fields.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
@@ -16,7 +18,6 @@
 #include "tests/support/record.h"
 #include "tests/support/test_data.h"
 #include "tests/validate/fields/every_file_job.h"
-#include "tests/validate/fields/fields.h"
 #include "validate/checks/checker.h"
 #include "validate/not_proved.h"
 

@@ -18,6 +18,9 @@ double Amount::signed_size() const {
 }
 
 double Amount::changed(double value) const {
+  // What a matrix has left of a 0 by rounding stays: a few per cent of it are rounding too.
+  constexpr double kRounding = 1e-9;
+  if (is_relative && std::abs(value) < kRounding) return value;
   return is_relative ? value * (1.0 + 0.01 * signed_size()) : value + 0.01 * signed_size();
 }
 
@@ -60,9 +63,8 @@ std::string changed_word(std::string word, const Amount& amount) {
 
 std::string changed_token(const std::string& word, const Amount& amount) {
   if (word.starts_with('"'))
-    return word.size() == 2
-               ? "\"q\""
-               : '"' + changed_word(word.substr(1, word.size() - 2), amount) + '"';
+    return word.size() == 2 ? "\"q\""
+                            : '"' + changed_word(word.substr(1, word.size() - 2), amount) + '"';
   if (word == "true" || word == "false") return word == "true" ? "false" : "true";
   if (word.empty() || word == "null") return "1";
   if (is_whole_number(word))
@@ -128,8 +130,8 @@ class JsonWalk {
       leaves.push_back(change_of(way, quoted()));
     } else {
       const std::size_t begin = at_;
-      while (at_ < text_.size() && std::string_view(",]} \n\r\t").find(text_[at_]) ==
-                                       std::string_view::npos)
+      while (at_ < text_.size() &&
+             std::string_view(",]} \n\r\t").find(text_[at_]) == std::string_view::npos)
         ++at_;
       leaves.push_back(change_of(way, {begin, at_}));
     }
@@ -168,8 +170,8 @@ std::vector<NamedChange> csv_fields(const std::string& text) {
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::vector<Token> cells = parts_of(text, lines[i], ",", true);
     for (std::size_t k = 0; k < cells.size(); ++k)
-      fields.push_back(change_of(
-          text.substr(head.at(k).begin, head[k].end - head[k].begin), cells[k]));
+      fields.push_back(
+          change_of(text.substr(head.at(k).begin, head[k].end - head[k].begin), cells[k]));
   }
   return fields;
 }
@@ -206,8 +208,7 @@ std::vector<NamedChange> word_fields(const std::string& text) {
       row = "row";
     }
     for (std::size_t i = 0; i < words.size(); ++i)
-      fields.push_back(
-          change_of(fmt::format("{}[{}]", row, std::min(i, kMostColumns)), words[i]));
+      fields.push_back(change_of(fmt::format("{}[{}]", row, std::min(i, kMostColumns)), words[i]));
   }
   return fields;
 }
