@@ -128,7 +128,9 @@ class Fields : public testing::TestWithParam<std::string> {};
 
 TEST_P(Fields, AreProvedOrNamed) {
   // Images of 640 px: each look at them takes seconds.
-  if (GetParam().starts_with("tartanair")) TERRACAST_NEEDS_FULL();
+  if (GetParam().starts_with("tartanair")) {
+    TERRACAST_NEEDS_FULL();
+  }
   const test::ScratchFolder scratch;
   const fs::path right = test::every_file_job() / "export" / GetParam();
   EXPECT_EQ(failed_checks(right, Look::AtImagesToo), std::set<std::string>());
