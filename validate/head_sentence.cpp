@@ -28,6 +28,8 @@ constexpr std::array kSubjects{
     Subject{"photometric", "images against the geometry"},
     Subject{"colors", "images by themselves"},
     Subject{"georeference", "places on Earth and times"},
+    Subject{"georegistration", "places on Earth and times"},
+    Subject{"clocks", "clocks"},
     Subject{"trajectory", "the trajectory's form"},
     Subject{"calibration", "calibration files"},
     Subject{"rays", "tables of rays"},
@@ -36,6 +38,7 @@ constexpr std::array kSubjects{
     Subject{"motion", "velocities and turn rates"},
     Subject{"oxts", "inertial packets"},
     Subject{"moving", "what moves"},
+    Subject{"sensor", "samples of other sensors"},
     Subject{"colmap_sparse", "what COLMAP triangulates"},
     Subject{"colmap_free", "what COLMAP reconstructs"},
     Subject{"colmap_georegister", "what COLMAP georegisters"},
@@ -96,7 +99,7 @@ std::string head_sentence(const Json& report) {
   parts.push_back(proved.empty() ? "nothing was proved" : "proved: " + proved.text());
   parts.push_back(unseen.empty() ? "nothing that the format holds was left unseen"
                                  : fmt::format("this dataset could not show what {} would find",
-                                              unseen.text()));
+                                               unseen.text()));
   parts.front().front() = static_cast<char>(std::toupper(parts.front().front()));
   std::string sentence;
   for (const std::string& part : parts) sentence += (sentence.empty() ? "" : "; ") + part;

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/plugin_rows.h"
 #include "validate/diagnosis.h"
+#include "validate/head_sentence.h"
 #include "validate/not_proved.h"
 #include "validate/page_bundle.h"
 #include "validate/place.h"
@@ -108,6 +109,7 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
     report.set("not_proved", not_proved_json(not_proved(*source.dataset)));
   if (Json plugins = core::plugin_record(names_of_checks()); plugins.size() > 0)
     report.set("plugins", std::move(plugins));
+  report.set("says", head_sentence(report));
   report.write(folder / "report.json");
   write_page_data(head.title, results, report, source, folder);
   core::write_file(folder / "index.html", dataset_page(head.title, head.lines, report));
@@ -143,12 +145,13 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
     }
     parts.push_back({format, report, picture_of(folder, format)});
   }
-  const Json joined = Json::object()
-                          .set("ok", is_ok)
-                          .set("unseen", unseen)
-                          .set("checks", list)
-                          .set("causes", causes)
-                          .set("not_proved", not_proved);
+  Json joined = Json::object()
+                    .set("ok", is_ok)
+                    .set("unseen", unseen)
+                    .set("checks", list)
+                    .set("causes", causes)
+                    .set("not_proved", not_proved);
+  joined.set("says", head_sentence(joined));
   joined.write(folder / "report.json");
   core::write_file(folder / "page/page.css", page_style());
   core::write_file(folder / "index.html", start_page(parts, joined, stage_costs(events_file),

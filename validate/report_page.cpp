@@ -90,11 +90,13 @@ std::string verdict(const Json& report) {
   const Counts counts = counts_of(report);
   const bool is_ok = report.at("ok").boolean();
   return fmt::format(
-      "<div class=\"verdict {}\" role=\"status\"><b>{}</b><span>{} right · {} wrong · {} not in "
-      "the format · {} not seen{}</span></div>\n",
-      state_of(is_ok, false), is_ok ? "Every bound holds" : "The dataset is wrong",
-      counts.num_right, counts.num_wrong, counts.num_absent, counts.num_unseen,
-      escaped(fmt::format("{}{}", unseen.empty() ? "" : ": ", fmt::join(unseen, ", "))));
+             "<div class=\"verdict {}\" role=\"status\"><b>{}</b><span>{} right · {} wrong · {} "
+             "not in "
+             "the format · {} not seen{}</span></div>\n",
+             state_of(is_ok, false), is_ok ? "Every bound holds" : "The dataset is wrong",
+             counts.num_right, counts.num_wrong, counts.num_absent, counts.num_unseen,
+             escaped(fmt::format("{}{}", unseen.empty() ? "" : ": ", fmt::join(unseen, ", ")))) +
+         fmt::format("<p class=\"says\">{}</p>\n", escaped(report.at("says").string()));
 }
 
 /// The causes that a report names (its member "causes": a list of objects with "words"), where it

@@ -26,8 +26,10 @@ struct GeneratedJob {
 
 /// What jobs may be.
 struct JobChoice {
-  bool has_data = false;  ///< whether worlds of outside data may be drawn; the jobs of other worlds are the same either way
-  bool is_small = false;  ///< worlds of formulas alone, a tenth of the rays and ten frames at most: some seconds
+  bool has_data =
+      false;  ///< whether worlds of outside data may be drawn; the jobs of other worlds are the same either way
+  bool is_small =
+      false;  ///< worlds of formulas alone, a tenth of the rays and ten frames at most: some seconds
 };
 
 /// The job of a seed.

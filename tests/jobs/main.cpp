@@ -76,8 +76,8 @@ int run(int argc, char** argv) {
                   fmt::format("{}-{}", world, from / most), out, data_folder);
       ++num_batches;
     }
-  fmt::print("{} jobs in {} batches; {} left out, whose worlds need --data or are no formulas\n", count - num_left_out,
-             num_batches, num_left_out);
+  fmt::print("{} jobs in {} batches; {} left out, whose worlds need --data or are no formulas\n",
+             count - num_left_out, num_batches, num_left_out);
   return 0;
 }
 

@@ -404,23 +404,6 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
   list_files_again(folder);
 }
 
-void list_files_again(const fs::path& folder) {
-  Json json = Json::read(folder / "dataset.json");
-  std::map<std::string, std::string> found;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string path = entry.path().lexically_relative(folder).generic_string();
-    if (entry.is_regular_file() && path != "dataset.json")
-      found[path] = core::content_hash_of_file(entry.path());
-  }
-  Json files = Json::object();
-  for (const auto& [path, hash] : found)
-    files.set(path, Json::object()
-                        .set("bytes", static_cast<std::uint64_t>(fs::file_size(folder / path)))
-                        .set("xxh3_128", hash));
-  json.set("files", files);
-  json.write(folder / "dataset.json");
-}
-
 void write_tartanair_v1(const Recording& recording, const fs::path& folder,
                         const Mistake& mistake) {
   Said said{recording, mistake};

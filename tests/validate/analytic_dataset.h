@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/image.h"
+#include "tests/support/listed_files.h"
 
 /// Small datasets of the formats, written by code of the tests alone from a scene in closed
 /// form.
@@ -178,9 +179,6 @@ void write_kitti_raw(const Recording& recording, const std::filesystem::path& fo
                      const Mistake& mistake = {});
 void write_colmap(const Recording& recording, const std::filesystem::path& folder,
                   const Mistake& mistake = {});
-
-/// Writes dataset.json's list of files anew, as they are now on disk.
-void list_files_again(const std::filesystem::path& folder);
 
 /// The same cameras with rolling shutters.
 std::vector<SceneCamera> with_shutters(std::vector<SceneCamera> cameras, double line_time_s,

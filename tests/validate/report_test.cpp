@@ -11,6 +11,7 @@
 #include "tests/validate/analytic_dataset.h"
 #include "tests/validate/joined_datasets.h"
 #include "validate/check.h"
+#include "validate/head_sentence.h"
 
 /// What a report says of its results: the verdict, what was not seen, several sequences, plots,
 /// map.
@@ -56,6 +57,33 @@ TEST(ReportVerdict, NamesTheColoursThatANightDoesNotShow) {
     ASSERT_NE(verdict, std::string::npos) << page;
     EXPECT_LT(html.find("photometric_shift", verdict), html.find("</div>", verdict)) << page;
   }
+}
+
+TEST(ReportHead, SaysInOneSentenceWhatIsWrongWasProvedAndCouldNotBeShown) {
+  const auto check = [](const char* name, bool ok, bool skipped, bool unseen) {
+    CheckResult result;
+    result.name = name;
+    result.ok = ok;
+    result.skipped = skipped;
+    result.is_unseen = unseen;
+    return result;
+  };
+  const auto sentence = [](const std::vector<CheckResult>& results) {
+    return head_sentence(report_json(results, nullptr));
+  };
+  EXPECT_EQ(
+      sentence({check("structure", true, false, false), check("flow", true, false, false),
+                check("flow_masks", true, false, false), check("stereo_scale", true, true, false)}),
+      "Proved: the files' presence and form and flow and its masks; nothing that the format "
+      "holds was left unseen.");
+  EXPECT_EQ(sentence({check("kitti/flow", false, false, false),
+                      check("kitti/flow_masks", true, false, false),
+                      check("kitti/own_check", true, false, false),
+                      check("kitti/photometric_shift", true, true, true)}),
+            "Wrong: flow and its masks; proved: own_check; this dataset could not show what "
+            "kitti/photometric_shift would find.");
+  EXPECT_EQ(sentence({check("oxts", true, true, false)}),
+            "Nothing was proved; nothing that the format holds was left unseen.");
 }
 
 TEST(ReportOfSequences, KeepsTheWorstOfBoundsFromBelowToo) {

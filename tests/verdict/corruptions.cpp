@@ -31,9 +31,8 @@ std::map<fs::path, std::vector<fs::path>> files_of(const fs::path& folder,
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     const std::string path = entry.path().lexically_relative(folder).generic_string();
     if (entry.is_regular_file() && entry.path().extension() == extension &&
-        std::any_of(words.begin(), words.end(), [&](const std::string& word) {
-          return path.find(word) != std::string::npos;
-        }))
+        std::any_of(words.begin(), words.end(),
+                    [&](const std::string& word) { return path.find(word) != std::string::npos; }))
       found[entry.path().parent_path()].push_back(entry.path());
   }
   for (auto& [place, files] : found) std::sort(files.begin(), files.end());
@@ -134,7 +133,8 @@ bool move_place(const fs::path& folder, std::uint64_t seed) {
   for (const validate::TextLine& line : validate::split_lines(text)) lines.emplace_back(line.text);
   const std::vector<std::string_view> names = validate::split_at(lines.front(), ',');
   const auto column = std::find(names.begin(), names.end(), "lat_deg") - names.begin();
-  std::string& line = lines[static_cast<std::size_t>(1 + draws.below(static_cast<int>(lines.size()) - 1))];
+  std::string& line =
+      lines[static_cast<std::size_t>(1 + draws.below(static_cast<int>(lines.size()) - 1))];
   std::vector<std::string> words;
   for (const std::string_view word : validate::split_at(line, ',')) words.emplace_back(word);
   if (static_cast<std::size_t>(column) >= words.size()) return false;

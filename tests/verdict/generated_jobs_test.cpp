@@ -75,9 +75,9 @@ struct RightJobs {
       write_world(*job.world, scratch / "jobs", TERRACAST_SOURCE_DIR "/configs");
       write_job(job, scratch / "jobs", "");
       const fs::path folder = scratch / fmt::format("{}", seed);
-      const ProgramResult run = run_program(
-          {"run", (scratch / "jobs" / folder_name(seed) / "job.toml").string(), "--out",
-           folder.string(), "--quiet"});
+      const ProgramResult run =
+          run_program({"run", (scratch / "jobs" / folder_name(seed) / "job.toml").string(), "--out",
+                       folder.string(), "--quiet"});
       constexpr int kCalledWrong = 1, kRefused = 2;
       if (run.status == kRefused) {
         ++num_refused;  // as a flight that its ground is in the way of
@@ -146,8 +146,8 @@ TEST(GeneratedJobs, ThatAreSpoiltAreCalledWrong) {
     }
     // What was not found was not to be seen, and the report says so.
     ++num_unseen;
-    const bool is_said = std::any_of(
-        verdict.unseen.begin(), verdict.unseen.end(), [&](const std::string& name) {
+    const bool is_said =
+        std::any_of(verdict.unseen.begin(), verdict.unseen.end(), [&](const std::string& name) {
           return std::find(list[index].checks.begin(), list[index].checks.end(), stem(name)) !=
                  list[index].checks.end();
         });

@@ -1,69 +1,33 @@
 #include "validate/colmap/matches.h"
 
 #include <fmt/format.h>
-#include <sqlite3.h>
 
 #include <algorithm>
-#include <cstring>
-#include <memory>
 #include <set>
 
+#include "validate/readers/sqlite.h"
 #include "validate/sampling.h"
 
 namespace terracast::validate {
 
 namespace {
 
-struct Close {
-  void operator()(sqlite3* database) const { sqlite3_close(database); }
-  void operator()(sqlite3_stmt* query) const { sqlite3_finalize(query); }
-};
-using Database = std::unique_ptr<sqlite3, Close>;
-using Query = std::unique_ptr<sqlite3_stmt, Close>;
+[[noreturn]] void refuse(const std::string& what) {
+  throw ColmapFailure("COLMAP's database cannot be read: " + what);
+}
 
-/// A file that is read, and what is wrong with it where something is.
-class DatabaseReader {
- public:
-  explicit DatabaseReader(const std::filesystem::path& file) : file_(file) {
-    sqlite3* database = nullptr;
-    const int status = sqlite3_open_v2(file.c_str(), &database,
-                                       SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
-    database_.reset(database);
-    if (status != SQLITE_OK) fail(sqlite3_errmsg(database));
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw ColmapFailure(fmt::format("{} cannot be read: {}", file_.filename().string(), what));
-  }
-
-  /// Calls with each row of a table of blobs: its key, numbers of rows and columns, and its numbers of 4 bytes.
-  template <class Number, class Use>
-  void each(const char* sql, Use use) const {
-    sqlite3_stmt* prepared = nullptr;
-    if (sqlite3_prepare_v2(database_.get(), sql, -1, &prepared, nullptr) != SQLITE_OK)
-      fail(sqlite3_errmsg(database_.get()));
-    const Query query(prepared);
-    int status = SQLITE_ROW;
-    while ((status = sqlite3_step(query.get())) == SQLITE_ROW) {
-      const std::int64_t key = sqlite3_column_int64(query.get(), 0);
-      const std::int64_t rows = sqlite3_column_int64(query.get(), 1);
-      const std::int64_t columns = sqlite3_column_int64(query.get(), 2);
-      const auto size = static_cast<std::size_t>(sqlite3_column_bytes(query.get(), 3));
-      const void* bytes = sqlite3_column_blob(query.get(), 3);
-      if (rows < 0 || columns < 2 || rows > (std::int64_t{1} << 32) / columns ||
-          static_cast<std::size_t>(rows * columns) * sizeof(Number) != size)
-        fail(fmt::format("{} x {} numbers are not {} bytes", rows, columns, size));
-      std::vector<Number> numbers(size / sizeof(Number));
-      if (size > 0) std::memcpy(numbers.data(), bytes, size);
-      use(key, static_cast<std::size_t>(columns), numbers);
-    }
-    if (status != SQLITE_DONE) fail(sqlite3_errmsg(database_.get()));
-  }
-
- private:
-  std::filesystem::path file_;
-  Database database_;
-};
+/// Calls with each row of a table of blobs: its key, and rows of numbers of 4 bytes, of which the first two count.
+template <class Number, class Use>
+void each_table(const SqliteDatabase& database, const std::string& sql, Use use) {
+  database.each_row(sql, [&](const SqliteRow& row) {
+    const std::int64_t rows = row.integer(1), columns = row.integer(2);
+    const std::vector<Number> numbers = row.numbers<Number>(3);
+    if (rows < 0 || columns < 2 || rows > (std::int64_t{1} << 32) / columns ||
+        static_cast<std::size_t>(rows * columns) * sizeof(Number) != row.num_bytes(3))
+      refuse(fmt::format("{} x {} numbers are not {} bytes", rows, columns, row.num_bytes(3)));
+    use(row.integer(0), static_cast<std::size_t>(columns), numbers);
+  });
+}
 
 Eigen::Vector3d ray_local(const Shot& shot, const Eigen::Vector2d& pixel) {
   return shot.local_from_camera.rotation * shot.camera->intrinsics.ray_from_pixel(pixel);
@@ -88,11 +52,11 @@ void each_match(const ColmapJob& job, const VerifiedMatches& matches,
 
 }  // namespace
 
-VerifiedMatches read_matches(const std::filesystem::path& database) {
-  const DatabaseReader reader(database);
+VerifiedMatches read_matches(const std::filesystem::path& file) {
+  const auto database = SqliteDatabase::of_file(file, "COLMAP's database");
   VerifiedMatches matches;
-  reader.each<float>(
-      "SELECT image_id, rows, cols, data FROM keypoints",
+  each_table<float>(
+      database, "SELECT image_id, rows, cols, data FROM keypoints",
       [&](std::int64_t image, std::size_t columns, const std::vector<float>& numbers) {
         auto& keypoints = matches.keypoints_px[image];
         for (std::size_t at = 0; at < numbers.size(); at += columns)
@@ -100,15 +64,15 @@ VerifiedMatches read_matches(const std::filesystem::path& database) {
       });
   // COLMAP's number of a pair: the smaller id times so much, and the greater.
   constexpr std::int64_t kPairs = 2147483647;
-  reader.each<std::uint32_t>(
-      "SELECT pair_id, rows, cols, data FROM two_view_geometries WHERE rows > 0",
+  each_table<std::uint32_t>(
+      database, "SELECT pair_id, rows, cols, data FROM two_view_geometries WHERE rows > 0",
       [&](std::int64_t id, std::size_t columns, const std::vector<std::uint32_t>& numbers) {
         VerifiedMatches::Pair pair{.a = id / kPairs, .b = id % kPairs, .keypoints = {}};
         const std::size_t num_a = matches.keypoints_px[pair.a].size();
         const std::size_t num_b = matches.keypoints_px[pair.b].size();
         for (std::size_t at = 0; at < numbers.size(); at += columns) {
           if (numbers[at] >= num_a || numbers[at + 1] >= num_b)
-            reader.fail("a match is of a keypoint that is none");
+            refuse("a match is of a keypoint that is none");
           pair.keypoints.emplace_back(numbers[at], numbers[at + 1]);
         }
         matches.pairs.push_back(std::move(pair));

@@ -21,8 +21,8 @@ struct VerifiedMatches {
   std::vector<Pair> pairs;
 };
 
-/// throws  ColmapFailure: not a database of COLMAP, or one that contradicts itself
-VerifiedMatches read_matches(const std::filesystem::path& database);
+/// throws  Input: no database, or not with COLMAP's tables; ColmapFailure: one that contradicts itself
+VerifiedMatches read_matches(const std::filesystem::path& file);
 
 /// Of each image of the job the keypoints that a triangulation at the known poses makes points of, if poses and
 /// cameras are right: those with matches in two other images or more, of which one sees the place under an angle of
