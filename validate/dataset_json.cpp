@@ -254,8 +254,9 @@ void read_motion(const Dataset& dataset, const std::string& path, Sequence& sequ
 std::vector<Camera> read_calibration_file(const Dataset& dataset, const std::string& path,
                                           const std::string& kind, const Sequence& sequence) {
   const Json json = Json::read(dataset.root / path);
-  if (json.at("format").string() != "terracast-calibration" || json.at("version").integer() != 1 ||
-      json.at("calibration").string() != kind)
+  if (json.has("format") &&
+      (json.at("format").string() != "terracast-calibration" || json.at("version").integer() != 1 ||
+       json.at("calibration").string() != kind))
     fail(ErrorKind::Input, "{}: \"terracast-calibration\", version 1, calibration \"{}\" are right",
          path, kind);
   const Json& cameras = json.at("cameras");

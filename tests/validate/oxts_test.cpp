@@ -75,7 +75,8 @@ TEST(ValidateOxts, WrongVelocitiesAreFoundAtAnyRate) {
 
 TEST(ValidateOxts, GarbageIsAnInputError) {
   std::string packet = "42 1 900";
-  for (int i = 3; i < 30; ++i) packet += " 0";
+  for (int i = 3; i < 23; ++i) packet += " 0";
+  packet += " 1e-6 1e-9 -1 -1 -1 -1 -1";  // accuracies, and that there is no receiver
   EXPECT_EQ(parse_oxts(packet + "\n", "f").place.height_m, 900.0);
   for (const std::string& text : {std::string(), packet + " 0\n", packet + "\n" + packet,
                                   "91" + packet.substr(2), "nan" + packet.substr(2)})
