@@ -189,6 +189,7 @@ class RunPlanner {
       for (const core::Path& file : source.files) add(file);
       if (!source.datum_grid.empty()) add(source.datum_grid);
     }
+    if (!options.aridity_raster.empty()) add(options.aridity_raster);
     if (!others.empty()) text += surface_hash(text + others, options);
     const std::string key = core::content_hash(text).substr(0, 12);
     const auto [known, is_new] =

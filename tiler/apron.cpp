@@ -172,8 +172,10 @@ BorderSample Apron::beyond(double x_world, double y_world, double distance_m,
   if (from_coast_m > 0.0 && above_sea_m > 0.0) {
     above_sea_m *= smooth_step(0.0, kCoastShare * distance_m, from_coast_m);
   } else if (from_coast_m <= 0.0 && !is_sea) {
-    is_sea = true;
-    depth_m = std::min(-inland_m * kShelfSlope, kSeaDepth_m);
+    // Land at the border that is narrower than a step of it ends within so much, and not at once.
+    above_sea_m *= 1.0 - smooth_step(0.0, kCoastSamples * step_m_, distance_m);
+    is_sea = above_sea_m <= 0.0;
+    if (is_sea) depth_m = std::min(-inland_m * kShelfSlope, kSeaDepth_m);
   }
   return {.height_m = is_sea ? surface_m : surface_m + above_sea_m,
           .is_sea = is_sea,

@@ -47,17 +47,57 @@ std::vector<Eigen::Vector2d> samples_of_nodes(const RasterGrid& grid, const geo:
   return samples;
 }
 
-/// The part of a raster within a sample of the nodes.
+/// How many columns lead round the Earth and back to the same meridian; 0 where the raster does not go round.
+int columns_round_the_earth(const RasterGrid& grid) {
+  const world::RasterInfo info = grid.info({});
+  const auto& gt = info.geotransform;
+  if (!info.is_geographic || gt[2] != 0.0 || gt[4] != 0.0) return 0;
+  const double columns = 360.0 / std::abs(gt[1]);
+  // Files print their steps with few digits.
+  if (columns > grid.width() + 0.1 || std::abs(columns - std::round(columns)) > 0.1) return 0;
+  return static_cast<int>(std::lround(columns));
+}
+
+/// The part of a raster within a sample of the nodes; columns run on beyond one that goes round the Earth.
 SampleWindow window_over(const std::vector<Eigen::Vector2d>& samples, const RasterGrid& grid) {
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& sample : samples) box.extend(sample);
   const Eigen::Array2d size(grid.width(), grid.height());
-  const Eigen::Array2d low = (box.min().array().floor() - 1.0).max(0.0).min(size);
-  const Eigen::Array2d high = (box.max().array().ceil() + 2.0).max(0.0).min(size);
+  Eigen::Array2d low = box.min().array().floor() - 1.0;
+  Eigen::Array2d high = box.max().array().ceil() + 2.0;
+  const Eigen::Array2d low_within = low.max(0.0).min(size);
+  const Eigen::Array2d high_within = high.max(0.0).min(size);
+  low.y() = low_within.y();
+  high.y() = high_within.y();
+  if (columns_round_the_earth(grid) == 0) {
+    low.x() = low_within.x();
+    high.x() = high_within.x();
+  }
   return {.first_column = static_cast<int>(low.x()),
           .first_row = static_cast<int>(low.y()),
           .width = static_cast<int>(high.x() - low.x()),
           .height = static_cast<int>(high.y() - low.y())};
+}
+
+/// Reads a window of window_over(), piece by piece where it goes beyond the raster's columns.
+Grid<double> read_window(const RasterSource& raster, const SampleWindow& window) {
+  if (window.is_empty()) return {};
+  if (window.num_samples() > RasterSource::kMostSamples)
+    fail(ErrorKind::Input, "{}: the world's square takes {} of its samples, and {} fit into memory",
+         raster.path(), window.num_samples(), RasterSource::kMostSamples);
+  const int round = columns_round_the_earth(raster.grid());
+  if (round == 0) return raster.read(window);
+  Grid<double> values(window.width, window.height);
+  for (int done = 0; done < window.width;) {
+    SampleWindow piece = window;
+    piece.first_column = ((window.first_column + done) % round + round) % round;
+    piece.width = std::min(window.width - done, round - piece.first_column);
+    const Grid<double> read = raster.read(piece);
+    for (int j = 0; j < piece.height; ++j)
+      for (int i = 0; i < piece.width; ++i) values(done + i, j) = read(i, j);
+    done += piece.width;
+  }
+  return values;
 }
 
 /// Bilinear of the samples that have a value; NaN where the nearest has none.
@@ -81,25 +121,25 @@ double value_at(const Grid<double>& values, const Eigen::Vector2d& at) {
   return sum / known;
 }
 
-void refuse_what_is_no_index(const Grid<double>& values, const std::string& path) {
-  for (const double value : values.values)
-    if (value < 0.0 || value > kHighestIndex)
-      fail(ErrorKind::Input,
-           "{}: {:g} is no aridity index (precipitation over potential evapotranspiration, 0 to "
-           "{:g}); where the file holds 10000 times the index, declare it: gdal_edit.py -scale "
-           "0.0001 {}",
-           path, value, kHighestIndex, path);
+RasterQuantity aridity_index_of(const std::string& path) {
+  return {.name = "aridity index",
+          .lowest = 0.0,
+          .highest = kHighestIndex,
+          .advice = fmt::format(
+              "it is precipitation over potential evapotranspiration; where the file holds 10000 "
+              "times the index, declare it: gdal_edit.py -scale 0.0001 {}",
+              path)};
 }
 
 }  // namespace
 
 std::shared_ptr<const Dryness> Dryness::of(const WorldOptions& options,
-                                           const geo::WorldFrame& frame) {
+                                           const geo::WorldFrame& frame, const core::Log* log) {
   if (!options.states_aridity()) return nullptr;
-  return std::shared_ptr<const Dryness>(new Dryness(options, frame));
+  return std::shared_ptr<const Dryness>(new Dryness(options, frame, log));
 }
 
-Dryness::Dryness(const WorldOptions& options, const geo::WorldFrame& frame)
+Dryness::Dryness(const WorldOptions& options, const geo::WorldFrame& frame, const core::Log* log)
     : half_size_m_(0.5 * options.size_m),
       patches_(core::stream_of(static_cast<std::uint64_t>(options.seed), 0x61726964ULL), 1, 900.0,
                5),
@@ -107,35 +147,40 @@ Dryness::Dryness(const WorldOptions& options, const geo::WorldFrame& frame)
   content_hash_ = core::content_hash(fmt::format("dryness 1 {} {}", index_, options.seed));
   if (!options.aridity_raster.empty())
     core::with_context(
-        [&] { read(options, frame); },
+        [&] { read(options, frame, log); },
         fmt::format("reading the aridity index from {}", options.aridity_raster.written));
 }
 
-void Dryness::read(const WorldOptions& options, const geo::WorldFrame& frame) {
-  const auto raster = RasterSource::open(options.aridity_raster, {}, frame.origin());
+void Dryness::read(const WorldOptions& options, const geo::WorldFrame& frame,
+                   const core::Log* log) {
+  const auto raster = RasterSource::open_quantity(
+      options.aridity_raster, aridity_index_of(options.aridity_raster.written), frame.origin());
   const int num_cells = static_cast<int>(std::ceil(std::min(options.size_m / kNode_m, kMostNodes)));
   node_spacing_m_ = options.size_m / num_cells;
   nodes_ = Grid<double>(num_cells + 1, num_cells + 1);
   const std::vector<Eigen::Vector2d> samples =
       samples_of_nodes(raster->grid(), frame, nodes_.width, node_spacing_m_, half_size_m_);
   const SampleWindow window = window_over(samples, raster->grid());
-  Grid<double> values;
-  if (!window.is_empty()) values = raster->read(window);
-  refuse_what_is_no_index(values, raster->path());
+  const Grid<double> values = read_window(*raster, window);
   Grid<std::uint8_t> is_unknown(nodes_.width, nodes_.height, 0);
-  bool has_value = false;
+  std::size_t num_unknown = 0;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const Eigen::Vector2d first(window.first_column, window.first_row);
     const double value = value_at(values, samples[k] - first);
     is_unknown.values[k] = std::isnan(value) ? 1 : 0;
     nodes_.values[k] = std::isnan(value) ? 0.0 : value;
-    has_value = has_value || !std::isnan(value);
+    num_unknown += is_unknown.values[k];
   }
-  if (!has_value)
+  if (num_unknown == samples.size())
     fail(ErrorKind::Input,
          "{}: says nothing of the world's square of {} m about latitude {}, longitude {}; give a "
          "raster that covers it, or state aridity_index",
          raster->path(), options.size_m, options.origin_lat_deg, options.origin_lon_deg);
+  if (num_unknown > 0 && log != nullptr)
+    log->warn(
+        "{}: holds no aridity index in {:.3g} % of the world's square; what lies around fills it",
+        raster->path(),
+        100.0 * static_cast<double>(num_unknown) / static_cast<double>(samples.size()));
   // Rasters of climate end at coasts.
   fill_from_surroundings(nodes_, is_unknown);
   content_hash_ = core::content_hash(content_hash_ + " " + raster->content_hash());

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/log.h"
 #include "geo/geodesy.h"
 #include "tiler/even_noise.h"
 #include "tiler/grid.h"
@@ -19,10 +20,13 @@ namespace terracast::tiler {
 /// threads   safe
 class Dryness {
  public:
+  /// log       warns of the part of the square that a raster says nothing of; null: no warning
   /// returns   null where the world states no aridity: its land is taken as humid
-  /// throws    Io, Input: a raster that cannot be read, says nothing of the square, or holds no indices
+  /// throws    Io, Input: a raster that cannot be read, says nothing of the square, holds no indices, or has
+  ///           more samples in the square than fit into memory
   static std::shared_ptr<const Dryness> of(const WorldOptions& options,
-                                           const geo::WorldFrame& frame);
+                                           const geo::WorldFrame& frame,
+                                           const core::Log* log = nullptr);
 
   double aridity_index(const Eigen::Vector2d& place_world) const;
 
@@ -37,8 +41,8 @@ class Dryness {
   const std::string& content_hash() const { return content_hash_; }
 
  private:
-  Dryness(const WorldOptions& options, const geo::WorldFrame& frame);
-  void read(const WorldOptions& options, const geo::WorldFrame& frame);
+  Dryness(const WorldOptions& options, const geo::WorldFrame& frame, const core::Log* log);
+  void read(const WorldOptions& options, const geo::WorldFrame& frame, const core::Log* log);
 
   double half_size_m_;
   EvenNoise patches_;

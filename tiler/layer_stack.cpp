@@ -18,6 +18,7 @@
 #include "tiler/instance_ids.h"
 #include "tiler/known_rasters.h"
 #include "tiler/surveyed_ground.h"
+#include "world/climate.h"
 
 namespace terracast::tiler {
 namespace {
@@ -254,7 +255,8 @@ double lift_share(const Eigen::Vector2d& place_world, double half_size_m) {
 
 LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context)
     : half_size_m_(surface.options().size_m / 2.0),
-      dryness_(Dryness::of(surface.options(), surface.frame())) {
+      dryness_(Dryness::of(surface.options(), surface.frame(), &context.log)),
+      tree_line_m_(world::tree_line_m(surface.frame().origin().lat_deg)) {
   const WorldOptions& options = surface.options();
   InstanceIds ids;
   const auto inputs_of = [&](const LayerOptions& layer,
@@ -448,7 +450,12 @@ world::Cover LayerStack::shaped_cover(const Eigen::Vector2d& place_world,
 world::Cover LayerStack::untold_cover(const Eigen::Vector2d& place_world,
                                       const SurfaceSample& sample) const {
   if (!dryness_) return sample.cover;
-  return dryness_->cover(place_world, sample.moisture / 255.0).value_or(sample.cover);
+  const world::Cover cover =
+      dryness_->cover(place_world, sample.moisture / 255.0).value_or(sample.cover);
+  // Up there nothing knows better than the guesses of rock and snow, which bare ground keeps.
+  const double height_m =
+      sample.z_world + place_world.squaredNorm() / (2.0 * geo::kWgs84SemiMajorAxis_m);
+  return cover == world::Cover::Shrubs && height_m > tree_line_m_ ? world::Cover::Bare : cover;
 }
 
 bool LayerStack::is_shaped_water(const Eigen::Vector2d& place_world,

@@ -96,6 +96,7 @@ class LayerStack {
   std::vector<world::VolumePlace> volume_places_;
   double half_size_m_ = 0.0;
   std::shared_ptr<const Dryness> dryness_;  ///< null: the land is humid
+  double tree_line_m_ = 0.0;
 };
 
 /// A surface and layers as one.

@@ -139,6 +139,12 @@ void find_sea(MosaicDraft& draft) {
   if (!mosaic.datum.is_ellipsoid()) take_sunken_shore(draft);
 }
 
+double shelf_depth_m(float from_land_m, const Eigen::Vector2d& sample_size_m) {
+  // The shore lies between the samples.
+  const double from_shore_m = static_cast<double>(from_land_m) - 0.5 * sample_size_m.minCoeff();
+  return std::min(from_shore_m * kShelfSlope, kShelfDepth_m);
+}
+
 void lay_floor(MosaicDraft& draft) {
   RasterMosaic& mosaic = draft.mosaic;
   mosaic.has_sea = std::find(mosaic.is_sea.values.begin(), mosaic.is_sea.values.end(), 1) !=
@@ -153,10 +159,7 @@ void lay_floor(MosaicDraft& draft) {
                              (!mosaic.datum.is_ellipsoid() && mosaic.heights_m.values[k] < 0.0);
     if (mosaic.is_sea.values[k] == 0 || is_measured) continue;
     mosaic.is_shelf.values[k] = 1;
-    // The shore lies between the samples.
-    const double from_shore_m =
-        static_cast<double>(from_land_m.values[k]) - 0.5 * mosaic.sample_size_m.minCoeff();
-    const double depth_m = std::min(from_shore_m * kShelfSlope, kShelfDepth_m);
+    const double depth_m = shelf_depth_m(from_land_m.values[k], mosaic.sample_size_m);
     if (mosaic.datum.is_ellipsoid())
       mosaic.floor_depth_m.values[k] = static_cast<float>(depth_m);
     else

@@ -19,6 +19,10 @@ std::vector<double> sea_levels_of_row_m(const MosaicDraft& draft, int row);
 /// below it. Before gaps are filled.
 void find_sea(MosaicDraft& draft);
 
+/// Depth of the floor that is laid where no source knows it: 1 in 50, down to the edge of a shelf.
+/// from_land_m   to the nearest sample of land
+double shelf_depth_m(float from_land_m, const Eigen::Vector2d& sample_size_m);
+
 /// Lays a shelf where no source knows the sea's floor. After gaps are filled.
 void lay_floor(MosaicDraft& draft);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -284,17 +285,21 @@ bool hatch_filled(const TileStore& store, const LevelSampler& sampler, const Map
                   Canvas& canvas) {
   const std::vector<std::uint8_t> filled = rows_of_filled(store.manifest());
   const double half_m = 0.5 * store.manifest().size_m;
-  bool has_filled = false;
-  for (int j = 0; j < map.height_px; ++j)
+  std::atomic<bool> has_filled = false;
+  core::parallel_for(map.height_px, [&](std::int64_t row) {
+    const int j = static_cast<int>(row);
     for (int i = 0; i < map.width_px; ++i) {
       const Eigen::Vector2d at = map.world(i + 0.5, j + 0.5);
       if (at.cwiseAbs().maxCoeff() > half_m) continue;
       const LevelSampler::Value here = sampler.at(at.x(), at.y());
-      if (!here.is_known || std::find(filled.begin(), filled.end(), here.source) == filled.end())
+      // The nearest sample of a place by the border may lie beyond it.
+      if (!here.is_known || here.cover == world::Cover::Outside ||
+          std::find(filled.begin(), filled.end(), here.source) == filled.end())
         continue;
       has_filled = true;
       if (is_hatched(i, j)) canvas.fill(i, j, 1, 1, kHatch);
     }
+  });
   return has_filled;
 }
 

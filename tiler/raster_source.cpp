@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -41,14 +43,14 @@ std::optional<double> metres_in(std::string unit) {
 class GdalRaster : public RasterSource {
  public:
   GdalRaster(const core::Path& file, const ElevationOptions& options, const geo::Geodetic& near)
-      : file_(file), written_(file.written), encoding_(options.encoding) {
-    const GdalErrors errors;
-    dataset_ = open_gdal_raster(file, errors);
-    check_band();
-    grid_ = std::make_unique<RasterGrid>(*dataset_, written_, near, errors);
-    metres_per_unit_ = unit_of(options);
-    read_nodata(options);
-  }
+      : GdalRaster(file, options,
+                   {.name = "height",
+                    .lowest = kLowestHeight_m,
+                    .highest = kHighestHeight_m,
+                    .advice = {}},
+                   true, near) {}
+  GdalRaster(const core::Path& file, const RasterQuantity& quantity, const geo::Geodetic& near)
+      : GdalRaster(file, {}, quantity, false, near) {}
 
   const std::string& path() const override { return written_; }
   const RasterGrid& grid() const override { return *grid_; }
@@ -57,6 +59,21 @@ class GdalRaster : public RasterSource {
   std::string content_hash() const override;
 
  private:
+  GdalRaster(const core::Path& file, const ElevationOptions& options, RasterQuantity quantity,
+             bool holds_heights, const geo::Geodetic& near)
+      : file_(file),
+        written_(file.written),
+        encoding_(options.encoding),
+        quantity_(std::move(quantity)),
+        holds_heights_(holds_heights) {
+    const GdalErrors errors;
+    dataset_ = open_gdal_raster(file, errors);
+    check_band();
+    grid_ = std::make_unique<RasterGrid>(*dataset_, written_, near, errors);
+    if (holds_heights_) metres_per_unit_ = unit_of(options);
+    read_nodata(options);
+  }
+
   bool is_colour() const { return encoding_ != "heights"; }
   void check_band();
   void check_colour_bands();
@@ -69,12 +86,17 @@ class GdalRaster : public RasterSource {
   double unit_of(const ElevationOptions& options) const;
   void read_nodata(const ElevationOptions& options);
   bool is_nodata(double raw) const;
+  double value_of(double raw, int column, int row) const;
+  [[noreturn]] void fail_undeclared_nan(int column, int row) const;
+  [[noreturn]] void fail_out_of_range(double value, double raw, int column, int row) const;
 
   GDALRasterBand* band() const { return dataset_->GetRasterBand(1); }
 
   core::Path file_;
   std::string written_;
   std::string encoding_;
+  RasterQuantity quantity_;
+  bool holds_heights_;
   GdalDatasetPtr dataset_;
   std::unique_ptr<RasterGrid> grid_;
   double metres_per_unit_ = 1.0;
@@ -93,21 +115,23 @@ void GdalRaster::check_band() {
   if (has_alpha) alpha_band_ = 2;
   if (count != 1 && !has_alpha)
     fail(ErrorKind::Input,
-         "{}: has {} bands, and a raster of heights has one; take it out with gdal_translate -b "
-         "N, or state the encoding of terrain tiles",
-         written_, count);
+         "{}: has {} bands, and a raster of one {} a pixel has one; take it out with "
+         "gdal_translate -b N{}",
+         written_, count, quantity_.name,
+         holds_heights_ ? ", or state the encoding of terrain tiles" : "");
   const GDALDataType type = band()->GetRasterDataType();
   if (GDALDataTypeIsComplex(type) != FALSE)
-    fail(ErrorKind::Input, "{}: its samples are complex numbers ({}), not heights", written_,
-         GDALGetDataTypeName(type));
+    fail(ErrorKind::Input,
+         "{}: its samples are complex numbers ({}), and a pixel's {} is a real one", written_,
+         GDALGetDataTypeName(type), quantity_.name);
   int has_value = FALSE;
   const double scale = band()->GetScale(&has_value);
   if (has_value != FALSE) scale_ = scale;
   const double offset = band()->GetOffset(&has_value);
   if (has_value != FALSE) offset_ = offset;
   if (!std::isfinite(scale_) || scale_ == 0.0 || !std::isfinite(offset_))
-    fail(ErrorKind::Input, "{}: declares scale {} and offset {}, which give no heights", written_,
-         scale_, offset_);
+    fail(ErrorKind::Input, "{}: declares scale {} and offset {}, which give no {}", written_,
+         scale_, offset_, quantity_.name);
 }
 
 void GdalRaster::check_colour_bands() {
@@ -224,40 +248,60 @@ std::array<double, 4> GdalRaster::corner_heights_m() const {
   return corners;
 }
 
+void GdalRaster::fail_undeclared_nan(int column, int row) const {
+  fail(
+      ErrorKind::Input,
+      "{}: the {} of pixel ({}, {}) is NaN, and NaN is not its declared no-data value; if it marks "
+      "{}",
+      written_, quantity_.name, column, row,
+      holds_heights_
+          ? "voids, state nodata = \"nan\""
+          : "places without a value, declare it: gdal_edit.py -a_nodata nan " + written_);
+}
+
+void GdalRaster::fail_out_of_range(double value, double raw, int column, int row) const {
+  if (holds_heights_)
+    fail(ErrorKind::Input,
+         "{}: the height of pixel ({}, {}) is {:.6g} m, outside {} to {} m; if it marks voids, "
+         "state nodata = \"{:.17g}\"; if it is in feet, unit = \"ft\"",
+         written_, column, row, value, kLowestHeight_m, kHighestHeight_m, raw);
+  fail(ErrorKind::Input,
+       "{}: the {} of pixel ({}, {}) is {:.6g}, outside {:g} to {:g}; {}; if it marks places "
+       "without a value, declare it: gdal_edit.py -a_nodata {:.17g} {}",
+       written_, quantity_.name, column, row, value, quantity_.lowest, quantity_.highest,
+       quantity_.advice, raw, written_);
+}
+
+double GdalRaster::value_of(double raw, int column, int row) const {
+  const double value = (raw * scale_ + offset_) * metres_per_unit_;
+  if (std::isnan(value)) fail_undeclared_nan(column, row);
+  if (!(value >= quantity_.lowest && value <= quantity_.highest))
+    fail_out_of_range(value, raw, column, row);
+  return value;
+}
+
 Grid<double> GdalRaster::read(const SampleWindow& window) const {
   TERRACAST_CHECK(window.first_column >= 0 && window.first_row >= 0 &&
                       window.first_column + window.width <= grid_->width() &&
                       window.first_row + window.height <= grid_->height(),
                   "window outside {}", written_);
   const GdalErrors errors;
-  Grid<double> heights_m(window.width, window.height);
-  if (window.is_empty()) return heights_m;
-  read_samples(1, window, heights_m.values, errors);
-  if (is_colour()) decode_colours(window, heights_m.values, errors);
+  Grid<double> values(window.width, window.height);
+  if (window.is_empty()) return values;
+  read_samples(1, window, values.values, errors);
+  if (is_colour()) decode_colours(window, values.values, errors);
   const std::vector<std::uint8_t> mask = read_mask(window, errors);
   for (int j = 0; j < window.height; ++j)
     for (int i = 0; i < window.width; ++i) {
-      double& value = heights_m(i, j);
+      double& value = values(i, j);
       const bool is_empty_colour = is_colour() && std::isnan(value);
-      if ((uses_mask_ && mask[heights_m.index(i, j)] == 0) || is_nodata(value) || is_empty_colour) {
+      if ((uses_mask_ && mask[values.index(i, j)] == 0) || is_nodata(value) || is_empty_colour) {
         value = std::numeric_limits<double>::quiet_NaN();
         continue;
       }
-      const double height_m = (value * scale_ + offset_) * metres_per_unit_;
-      if (std::isnan(height_m))
-        fail(ErrorKind::Input,
-             "{}: the height of pixel ({}, {}) is NaN, and NaN is not its declared no-data value; "
-             "if it marks voids, state nodata = \"nan\"",
-             written_, window.first_column + i, window.first_row + j);
-      if (!(height_m >= kLowestHeight_m && height_m <= kHighestHeight_m))
-        fail(ErrorKind::Input,
-             "{}: the height of pixel ({}, {}) is {:.6g} m, outside {} to {} m; if it marks voids, "
-             "state nodata = \"{:.17g}\"; if it is in feet, unit = \"ft\"",
-             written_, window.first_column + i, window.first_row + j, height_m, kLowestHeight_m,
-             kHighestHeight_m, value);
-      value = height_m;
+      value = value_of(value, window.first_column + i, window.first_row + j);
     }
-  return heights_m;
+  return values;
 }
 
 std::string GdalRaster::content_hash() const {
@@ -275,6 +319,12 @@ std::unique_ptr<RasterSource> RasterSource::open(const core::Path& file,
                                                  const ElevationOptions& options,
                                                  const geo::Geodetic& near) {
   return std::make_unique<GdalRaster>(file, options, near);
+}
+
+std::unique_ptr<RasterSource> RasterSource::open_quantity(const core::Path& file,
+                                                          const RasterQuantity& quantity,
+                                                          const geo::Geodetic& near) {
+  return std::make_unique<GdalRaster>(file, quantity, near);
 }
 
 }  // namespace terracast::tiler

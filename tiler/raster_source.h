@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -13,25 +14,41 @@
 
 namespace terracast::tiler {
 
-/// A raster of heights, opened by GDAL.
+/// What a raster's samples measure, where they are not heights.
+struct RasterQuantity {
+  std::string name;  ///< for messages, such as "aridity index"
+  double lowest = 0.0;
+  double highest = 0.0;
+  std::string advice;  ///< for the message on samples outside this range; names no config key
+};
+
+/// A raster of heights (or of another quantity), opened by GDAL.
 ///
 /// threads   grid() is safe; read() is for one thread at a time
 class RasterSource {
  public:
+  /// The most samples of a window that fit into memory.
+  static constexpr std::int64_t kMostSamples = 200'000'000;
+
   /// near     longitudes are counted so that they run on without a jump round this place
   /// throws   Io: no such file; Input: cannot be opened, no georeference, no CRS, not one band of
   ///          numbers, an unknown unit
   static std::unique_ptr<RasterSource> open(const core::Path& file, const ElevationOptions& options,
                                             const geo::Geodetic& near);
+  /// A raster of another quantity, in the file's scale and offset; units that it declares are not read.
+  /// throws   as open()
+  static std::unique_ptr<RasterSource> open_quantity(const core::Path& file,
+                                                     const RasterQuantity& quantity,
+                                                     const geo::Geodetic& near);
   virtual ~RasterSource() = default;
 
   virtual const std::string& path() const = 0;
   virtual const RasterGrid& grid() const = 0;
 
-  /// Heights in metres above the stated datum; NaN where there is none.
+  /// Heights in metres above the stated datum, or values of the quantity; NaN where there is none.
   /// window   within the raster
   /// throws   Input: cannot be read (truncated), a NaN that is not declared, a height outside
-  ///          -12000 to 9000 m (names the pixel)
+  ///          -12000 to 9000 m or a value outside the quantity's range (names the pixel)
   virtual Grid<double> read(const SampleWindow& window) const = 0;
 
   /// Of the four corners' samples; NaN where there is none.

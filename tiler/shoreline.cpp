@@ -38,9 +38,6 @@ struct Stencil {
         height_m[j][i] = heights_m.clamped(column, row);
       }
   }
-  bool has_measured_floor() const {
-    return std::any_of(&side[0][0], &side[0][0] + 16, [](double one) { return one == 0.0; });
-  }
   bool has_coast() const {
     return std::any_of(&side[0][0], &side[0][0] + 16,
                        [&](double one) { return one != side[0][0]; });
@@ -93,13 +90,21 @@ double product_m(const Stencil& stencil) {
   return factor_m * spline(stencil.side, stencil.tx, stencil.ty);
 }
 
-/// The side of a sample from those about it; 0 by a measured floor.
-float side_of(const Grid<std::uint8_t>& is_sea, const Grid<std::uint8_t>& is_shelf, int i, int j) {
+/// Whether a sample about this one is of a measured floor.
+bool has_floor_near(const Grid<std::uint8_t>& is_sea, const Grid<std::uint8_t>& is_shelf, int i,
+                    int j) {
+  for (int dj = -kReach; dj <= kReach; ++dj)
+    for (int di = -kReach; di <= kReach; ++di)
+      if (is_sea.clamped(i + di, j + dj) != 0 && is_shelf.clamped(i + di, j + dj) == 0) return true;
+  return false;
+}
+
+/// The side of a sample from those about it.
+float side_of(const Grid<std::uint8_t>& is_sea, int i, int j) {
   int sum = 0;
   for (int dj = -kReach; dj <= kReach; ++dj)
     for (int di = -kReach; di <= kReach; ++di) {
       const bool is_sea_there = is_sea.clamped(i + di, j + dj) != 0;
-      if (is_sea_there && is_shelf.clamped(i + di, j + dj) == 0) return 0.0F;
       const int weight = kBinomial[di + kReach] * kBinomial[dj + kReach];
       sum += is_sea_there ? -weight : weight;
     }
@@ -107,13 +112,36 @@ float side_of(const Grid<std::uint8_t>& is_sea, const Grid<std::uint8_t>& is_she
   return is_sea(i, j) != 0 ? std::min(smooth, -kLeastSide) : std::max(smooth, kLeastSide);
 }
 
+/// The contour of 0 of measured heights stays, without the bars that their spline makes.
+double by_measured_floor_m(const Stencil& stencil, double smooth_m) {
+  return std::min(smooth_m, kShoreRise * bilinear_of_cell(
+                                             [&](int i, int j) {
+                                               return std::max(stencil.height_m[j][i], 0.0);
+                                             },
+                                             stencil.tx, stencil.ty));
+}
+
+/// Beside a shelf whose floor nobody knows.
+double by_shelf_m(const Stencil& stencil, double smooth_m) {
+  if (!stencil.has_coast()) return smooth_m;
+  // Between samples of unlike sides the product rises above the land, and sinks below the floor.
+  const double land_m = bilinear_of_cell([&](int i, int j) { return land_by(stencil, i, j); },
+                                         stencil.tx, stencil.ty);
+  const double floor_m = bilinear_of_cell(
+      [&](int i, int j) { return std::min(stencil.height_m[j][i], 0.0); }, stencil.tx, stencil.ty);
+  return std::max(std::min(product_m(stencil), std::max(smooth_m, land_m)), floor_m);
+}
+
 }  // namespace
 
 Shoreline::Shoreline(const Grid<std::uint8_t>& is_sea, const Grid<std::uint8_t>& is_shelf)
-    : side_(is_sea.width, is_sea.height) {
+    : side_(is_sea.width, is_sea.height), has_floor_(is_sea.width, is_sea.height) {
   core::parallel_for(is_sea.height, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
-    for (int i = 0; i < is_sea.width; ++i) side_(i, j) = side_of(is_sea, is_shelf, i, j);
+    for (int i = 0; i < is_sea.width; ++i) {
+      side_(i, j) = side_of(is_sea, i, j);
+      has_floor_(i, j) = has_floor_near(is_sea, is_shelf, i, j) ? 1 : 0;
+    }
   });
 }
 
@@ -121,17 +149,13 @@ double Shoreline::height_m(const Grid<double>& heights_m, const Eigen::Vector2d&
   const double smooth_m = bicubic(heights_m, at);
   if (side_.values.empty()) return smooth_m;
   const Stencil stencil(heights_m, side_, at);
-  if (stencil.has_measured_floor())
-    return std::min(smooth_m, kShoreRise * bilinear_of_cell(
-                                               [&](int i, int j) {
-                                                 return std::max(stencil.height_m[j][i], 0.0);
-                                               },
-                                               stencil.tx, stencil.ty));
-  if (!stencil.has_coast()) return smooth_m;
-  // Between samples of unlike sides the product rises above the land.
-  const double land_m = bilinear_of_cell([&](int i, int j) { return land_by(stencil, i, j); },
-                                         stencil.tx, stencil.ty);
-  return std::min(product_m(stencil), std::max(smooth_m, land_m));
+  const int x0 = static_cast<int>(std::floor(at.x())), y0 = static_cast<int>(std::floor(at.y()));
+  const double floor_share = bilinear_of_cell(
+      [&](int i, int j) { return 1.0 * has_floor_.clamped(x0 + i - 1, y0 + j - 1); }, stencil.tx,
+      stencil.ty);
+  const double floor_m = floor_share > 0.0 ? by_measured_floor_m(stencil, smooth_m) : 0.0;
+  const double shelf_m = floor_share < 1.0 ? by_shelf_m(stencil, smooth_m) : 0.0;
+  return floor_share * floor_m + (1.0 - floor_share) * shelf_m;
 }
 
 }  // namespace terracast::tiler

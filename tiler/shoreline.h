@@ -13,8 +13,9 @@ namespace terracast::tiler {
 /// Each sample has a side: 1 inland, -1 at sea, and between them near the coast. It is the raster's own
 /// land and sea, smoothed, but never across 0: the coast passes between samples of land and of sea, and
 /// no islet or channel is lost. The surface is the product of two splines, of the sides and of heights over
-/// sides, but no higher than the land about: it passes through all samples, its zero is the zero of the
-/// sides, and away from the coast it is the spline through the heights.
+/// sides, but no higher than the land about and no lower than the sea's floor about: it passes through all
+/// samples, its zero is the zero of the sides, and away from the coast it is the spline through the heights.
+/// Towards measured floors it passes into the spline through the heights.
 class Shoreline {
  public:
   /// Without a coast.
@@ -28,7 +29,8 @@ class Shoreline {
   double height_m(const Grid<double>& heights_m, const Eigen::Vector2d& at) const;
 
  private:
-  Grid<float> side_;  ///< 0: by a measured floor; empty: no coast
+  Grid<float> side_;              ///< empty: no coast
+  Grid<std::uint8_t> has_floor_;  ///< whether a measured floor is near a sample
 };
 
 }  // namespace terracast::tiler

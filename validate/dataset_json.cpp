@@ -361,7 +361,7 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
     fail(ErrorKind::Input, "dataset.json: rate_hz = {}", sequence.rate_hz);
   sequence.utc_start = json.at("utc_start").string();
   if (json.has("first_number")) {
-    int num_before = 0;
+    std::int64_t num_before = 0;
     for (const Sequence& before : dataset.sequences) num_before += before.num_frames;
     if (json.at("first_number").integer() != num_before)
       fail(ErrorKind::Input, "dataset.json: first_number = {} of {}, after {} frames",

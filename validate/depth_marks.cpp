@@ -74,28 +74,6 @@ int num_bits_of(const std::vector<float>& values) {
 /// Inverse depths along a row or column; 0 where there is no depth.
 using Line = std::vector<double>;
 
-bool is_smooth(double a, double b, double step) { return std::abs(a - b) < 0.1 * step; }
-
-void count_steps(const Line& line, DepthEdges::Count& edges) {
-  constexpr int kRadius = 3;
-  for (std::size_t i = kRadius + 1; i + kRadius + 1 < line.size(); ++i) {
-    const double* w = &line[i];
-    if (std::any_of(w - kRadius - 1, w + kRadius + 2, [](double one) { return one <= 0.0; }))
-      continue;
-    const double step = std::abs(w[kRadius] - w[-kRadius]);
-    constexpr double kStep = 0.2;
-    if (step < kStep * std::max(w[kRadius], w[-kRadius])) continue;
-    if (!is_smooth(w[-kRadius], w[-kRadius - 1], step) ||
-        !is_smooth(w[kRadius], w[kRadius + 1], step))
-      continue;
-    double largest = 0.0;
-    for (int k = -kRadius; k < kRadius; ++k) largest = std::max(largest, std::abs(w[k + 1] - w[k]));
-    ++edges.num_edges;
-    constexpr double kSharp = 0.6;
-    if (largest < kSharp * step) ++edges.num_ramps;
-  }
-}
-
 void count_ends(const Line& line, DepthEdges::Count& edges) {
   constexpr int kInside = 6;
   for (std::size_t i = 1; i + 1 < line.size(); ++i)
@@ -149,8 +127,6 @@ std::optional<double> DepthEdges::Count::share_of_ramps() const {
 }
 
 void DepthEdges::add(const DepthEdges& other) {
-  steps.num_edges += other.steps.num_edges;
-  steps.num_ramps += other.steps.num_ramps;
   ends.num_edges += other.ends.num_edges;
   ends.num_ramps += other.ends.num_ramps;
 }
@@ -161,19 +137,15 @@ DepthEdges find_edges(const core::ImageF& depth) {
     const auto depth_m = static_cast<double>(depth(x, y));
     return std::isfinite(depth_m) && depth_m > 0.0 ? 1.0 / depth_m : 0.0;
   };
-  const auto count = [&](const Line& line) {
-    count_steps(line, edges.steps);
-    count_ends(line, edges.ends);
-  };
   for (int y = 0; y < depth.height(); ++y) {
     Line line;
     for (int x = 0; x < depth.width(); ++x) line.push_back(inverse_of(x, y));
-    count(line);
+    count_ends(line, edges.ends);
   }
   for (int x = 0; x < depth.width(); ++x) {
     Line line;
     for (int y = 0; y < depth.height(); ++y) line.push_back(inverse_of(x, y));
-    count(line);
+    count_ends(line, edges.ends);
   }
   return edges;
 }

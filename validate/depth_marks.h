@@ -19,7 +19,8 @@ struct DepthSteps {
 /// returns  nothing of fewer than 500 different depths
 std::optional<DepthSteps> find_steps(const core::ImageF& depth);
 
-/// Edges of surfaces, along rows and columns, and how many of them are no edges but ramps.
+/// Edges of surfaces, along rows and columns, and how many of them are no edges but ramps. Ramps between two surfaces
+/// say nothing: a slope that is seen from above is one, a few pixels wide, and has no hidden side.
 struct DepthEdges {
   struct Count {
     int num_edges = 0;
@@ -27,9 +28,6 @@ struct DepthEdges {
     /// returns  nothing of fewer than 100 edges
     std::optional<double> share_of_ramps() const;
   };
-  /// From smooth ground to smooth ground that is a fifth nearer, seven pixels beside: ramps rise by less than 0.6 of it
-  /// from any pixel to the next. So does a wall that is seen at a slant.
-  Count steps;
   /// From smooth ground to no depth: of ramps the last pixel is three times as near, or ten times as far, as the ground
   /// further in leads to.
   Count ends;

@@ -1,5 +1,7 @@
 #include "validate/not_proved.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <map>
@@ -243,7 +245,7 @@ std::string pattern_of(const std::string& path) {
   return pattern;
 }
 
-/// Files that match none of the known kinds, by pattern.
+/// Files that match none of the known kinds, by pattern; of very many patterns the first.
 std::vector<NotProved> unknown_files(const Dataset& dataset) {
   std::map<std::string, std::int64_t> count_of;
   for (const auto& [path, record] : dataset.files) {
@@ -254,9 +256,18 @@ std::vector<NotProved> unknown_files(const Dataset& dataset) {
     if (std::none_of(std::begin(kKnownFiles), std::end(kKnownFiles), is_known))
       ++count_of[pattern_of(path)];
   }
+  constexpr std::size_t kMostNamed = 100;
+  constexpr const char* kWhy = "a kind of file that no check reads";
   std::vector<NotProved> named;
+  std::int64_t num_others = 0;
   for (const auto& [pattern, count] : count_of)
-    named.push_back({pattern, "*", "a kind of file that no check reads", count});
+    if (named.size() < kMostNamed)
+      named.push_back({pattern, "*", kWhy, count});
+    else
+      num_others += count;
+  if (num_others > 0)
+    named.push_back(
+        {fmt::format("and {} more", count_of.size() - kMostNamed), "*", kWhy, num_others});
   return named;
 }
 

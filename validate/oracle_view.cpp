@@ -36,9 +36,12 @@ PoseRounding pose_rounding(const std::string& format, double distance_m) {
     rounding.position_m += std::sqrt(3.0) * 0.5e-9;  // nine decimals of a metre
     rounding.angle_rad += 4.0 * 0.5e-15;             // fifteen of a quaternion, doubled
   }
-  if (format == "kitti" || format == "kitti_raw") {
-    rounding.position_m += 0.5e-6;         // six decimals of a height
+  const bool is_kitti = format == "kitti" || format == "kitti_raw";
+  if (is_kitti || format == "kitti_object" || format == "coco") {  // by georeference.csv
+    rounding.position_m += 0.5e-6;                                 // six decimals of a height
     rounding.position_m += 2.0 * 0.56e-8;  // thirteen of a degree of latitude and longitude
+  }
+  if (is_kitti) {
     // Thirteen digits: of a place against the first frame's; of the nine numbers of two rotations;
     // of focal length and principal point.
     rounding.position_m += std::sqrt(3.0) * 0.5e-12 * distance_m;

@@ -102,11 +102,14 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
   climate.fields =
       world::FieldPattern(static_cast<std::uint64_t>(store.manifest().seed),
                           world::FieldPattern::grows_vines(store.manifest().origin.lat_deg));
+  bool has_mapped_cover = false, has_derived_cover = false;
   for (const world::LayerInfo& layer : store.manifest().layers) {
     climate.has_trees = climate.has_trees || layer.kind == "vegetation";
-    climate.has_mapped_ice =
-        climate.has_mapped_ice || (layer.kind == "land_cover" && layer.source != "derived");
+    if (layer.kind != "land_cover") continue;
+    (layer.source == "derived" ? has_derived_cover : has_mapped_cover) = true;
   }
+  // Of both together nothing says which snow is whose.
+  climate.has_mapped_ice = has_mapped_cover && !has_derived_cover;
   climate.snow_line_m = world::snow_line_m(store.manifest().origin.lat_deg);
   climate.tree_line_m = world::tree_line_m(store.manifest().origin.lat_deg);
 

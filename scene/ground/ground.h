@@ -21,7 +21,7 @@ struct Climate {
   bool has_sea = false;
   double snow_line_m = 3000.0;  ///< above the sea, where snow lies in summer
   double tree_line_m = 2100.0;  ///< above the sea
-  bool has_mapped_ice = false;  ///< a raster of land cover says where snow and ice lie all year
+  bool has_mapped_ice = false;  ///< rasters of land cover alone say where snow and ice lie all year
   bool has_trees = false;  ///< trees stand on the ground of forests, and crops on that of fields
   std::uint32_t seed = 1;
   std::shared_ptr<const SeaExposure> exposure{};  ///< null: all sea is open

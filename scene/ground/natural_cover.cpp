@@ -34,10 +34,13 @@ TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, const Lanes<float
     c.grass[i] = step_up((moist - 0.15f) * 3.0f + 0.40f * region + 0.35f * patch + 0.30f * clump -
                              2.0f * ramp((above_trees - 350.0f) / 500.0f),
                          0.55f + blur);
-    c.field[i] = step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
-                             3.0f * ramp((above_trees + 900.0f) / 200.0f),
-                         0.10f) *
-                 step_up(height - beach - 3.0f, 1.5f) * ramp((moist - 0.02f) / 0.04f);
+    c.field[i] =
+        step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
+                    3.0f * ramp((above_trees + 900.0f) / 200.0f),
+                0.10f) *
+        step_up(height - beach - 3.0f, 1.5f) *
+        // Beyond the square a dry world says so by its moisture.
+        (static_cast<Cover>(g.cover[i]) == Cover::Outside ? ramp((moist - 0.02f) / 0.04f) : 1.0f);
     c.forest[i] = step_up(
         (moist - 0.40f) * 2.0f + 0.60f * region + 0.55f * patch + 0.40f * clump +
             1.2f * ramp((steep - 0.12f) * 2.5f) - 0.25f - 4.0f * ramp(above_trees / 160.0f) -

@@ -405,6 +405,20 @@ TEST(Plan, RefusesPairsThatCannotBe) {
 /// Ground that is opened at once, for flights that have to be laid out.
 const std::string kRamp = R"(world.elevation=[{kind = "ramp", vertical_datum = "ellipsoid"}])";
 
+TEST(Plan, AWorldIsOfTheContentOfItsAridityRaster) {
+  const fs::path file = fs::temp_directory_path() / fmt::format("aridity_{}.tif", ::getpid());
+  const auto worlds_with = [&](const std::string& content) {
+    std::ofstream(file) << content;
+    return plan_of(kSweep, {}, nullptr,
+                   {kRamp, fmt::format("world.aridity_raster=\"{}\"", file.string())})
+        .worlds;
+  };
+  const auto dry = worlds_with("dry");
+  EXPECT_EQ(worlds_with("dry"), dry);
+  EXPECT_NE(worlds_with("wet"), dry);
+  fs::remove(file);
+}
+
 // Captures are of these configs alike; their flights are laid out once, where they state no frames.
 TEST(Plan, EveryRunOfASweepOverLabelsAndExportsIsLookedInto) {
   const auto refuses = [](const std::string& sweep, const std::vector<std::string>& words) {

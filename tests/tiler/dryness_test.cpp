@@ -1,5 +1,9 @@
 #include "tiler/dryness.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <fstream>
 #include <map>
 
 #include "tests/tiler/land_cover_worlds.h"
@@ -93,7 +97,7 @@ TEST(Dryness, FollowsARasterWhereItLies) {
   write_raster(folder / "aridity.tif", spec);
   tiler::WorldOptions options = world_of("plane", 8192.0);
   options.aridity_raster = {.written = "aridity.tif", .resolved = folder / "aridity.tif"};
-  expect_error(ErrorKind::Input, {"aridity.tif", "no aridity index", "-scale 0.0001"},
+  expect_error(ErrorKind::Input, {"aridity.tif", "outside 0 to 20", "-scale 0.0001"},
                [&] { prepare(options); });
   spec.scale = 1e-4;
   write_raster(folder / "aridity.tif", spec);
@@ -115,6 +119,99 @@ TEST(Dryness, FollowsARasterWhereItLies) {
   options.origin_lon_deg += 1.0;
   expect_error(ErrorKind::Input, {"aridity.tif", "says nothing of the world's square"},
                [&] { prepare(options); });
+}
+
+tiler::WorldOptions world_of_aridity(const std::filesystem::path& file) {
+  tiler::WorldOptions options = world_of("plane", 8192.0);
+  options.aridity_raster = {.written = file.filename(), .resolved = file};
+  return options;
+}
+
+std::shared_ptr<const Dryness> dryness_of(const tiler::WorldOptions& options,
+                                          const core::Log* log = nullptr) {
+  return Dryness::of(
+      options,
+      geo::WorldFrame({.lat_deg = options.origin_lat_deg, .lon_deg = options.origin_lon_deg}), log);
+}
+
+TEST(Dryness, SaysOfWrongIndicesWhatIsRightForThem) {
+  // Indices above 0.9 and marks of missing ones were once heights above 9000 m, to be stated in feet.
+  const ScratchFolder folder;
+  const tiler::WorldOptions options = world_of_aridity(folder / "aridity.tif");
+  RasterSpec spec = utm_spec(8192.0, 500.0);
+  const auto message = [&](double raw) {
+    spec.value = [raw](double, double) { return raw; };
+    write_raster(folder / "aridity.tif", spec);
+    try {
+      dryness_of(options);
+    } catch (const core::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  for (const double raw : {12000.0, 65535.0}) {
+    const std::string text = message(raw);
+    EXPECT_NE(text.find("-scale 0.0001 aridity.tif"), std::string::npos) << text;
+    EXPECT_NE(text.find(fmt::format("-a_nodata {:g} aridity.tif", raw)), std::string::npos) << text;
+    EXPECT_EQ(text.find("height"), std::string::npos) << text;
+    EXPECT_EQ(text.find("unit"), std::string::npos) << text;
+  }
+  const std::string text = message(std::nan(""));
+  EXPECT_NE(text.find("-a_nodata nan aridity.tif"), std::string::npos) << text;
+  EXPECT_EQ(text.find("state nodata"), std::string::npos) << text;
+  spec.unit = "1";
+  EXPECT_EQ(message(0.5), "");
+  EXPECT_NEAR(dryness_of(options)->aridity_index({0.0, 0.0}), 0.5, 1e-9);
+}
+
+TEST(Dryness, WarnsOfTheSquaresPartThatARasterSaysNothingOf) {
+  const ScratchFolder folder;
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  RasterSpec spec = utm_spec(8192.0, 500.0);
+  spec.nodata = -1.0;
+  spec.value = [&](double u, double) { return u < middle.x() ? -1.0 : 0.4; };
+  write_raster(folder / "aridity.tif", spec);
+  const core::Log log("tile", core::LogLevel::Info);
+  testing::internal::CaptureStderr();
+  dryness_of(world_of_aridity(folder / "aridity.tif"), &log);
+  const std::string text = testing::internal::GetCapturedStderr();
+  const std::size_t at = text.find("no aridity index in ");
+  ASSERT_NE(at, std::string::npos) << text;
+  // The nearest sample may be half of 500 m off.
+  EXPECT_NEAR(std::stod(text.substr(at + 20)), 50.0, 5.0) << text;
+}
+
+TEST(Dryness, GoesOnBeyondTheAntimeridianWhereARasterGoesRoundTheEarth) {
+  // Dry on both sides of the antimeridian; columns of 0.25 degrees from -180 to 180.
+  const ScratchFolder folder;
+  RasterSpec spec;
+  spec.crs = "EPSG:4326";
+  spec.width = 1440;
+  spec.height = 40;
+  spec.geotransform = {-180.0, 0.25, 0.0, 5.0, 0.0, -0.25};
+  spec.value = [](double u, double) { return u < -179.0 ? 0.2 : u > 179.0 ? 0.1 : 0.9; };
+  write_raster(folder / "aridity.tif", spec);
+  tiler::WorldOptions options = world_of_aridity(folder / "aridity.tif");
+  options.size_m = 131072.0;
+  options.origin_lat_deg = 0.0;
+  for (const double lon_deg : {179.999, -179.999, 180.001}) {
+    options.origin_lon_deg = lon_deg;
+    const auto dryness = dryness_of(options);
+    EXPECT_NEAR(dryness->aridity_index({-50000.0, 0.0}), 0.1, 1e-6) << lon_deg;
+    EXPECT_NEAR(dryness->aridity_index({50000.0, 0.0}), 0.2, 1e-6) << lon_deg;
+  }
+}
+
+TEST(Dryness, RefusesMoreSamplesThanFitIntoMemory) {
+  const ScratchFolder folder;
+  const RasterSpec spec = utm_spec(8192.0, 0.5);
+  std::ofstream(folder / "aridity.vrt")
+      << fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\"><SRS>{}</SRS>", spec.width,
+                     spec.height, spec.crs)
+      << fmt::format("<GeoTransform>{}</GeoTransform>", fmt::join(spec.geotransform, ", "))
+      << "<VRTRasterBand dataType=\"Byte\" band=\"1\"/></VRTDataset>";
+  expect_error(ErrorKind::Input, {"aridity.vrt", "of its samples", "fit into memory"},
+               [&] { dryness_of(world_of_aridity(folder / "aridity.vrt")); });
 }
 
 }  // namespace

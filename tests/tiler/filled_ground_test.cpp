@@ -140,6 +140,30 @@ TEST(FilledGround, HasTheFloorThatWasMeasuredAround) {
                 0.5);
 }
 
+TEST(FilledGround, PassesFromMeasuredFloorsIntoShelvesWithoutALedge) {
+  // A floor 100 m deep in the west, a sea of zeros in the east, a void between them. Unmeasured sea once
+  // counted as 0 m deep, beside a shelf of tens of metres.
+  const ScratchFolder folder;
+  const auto ground_m = [](double east_m, double north_m) {
+    if (north_m > 3500.0) return 50.0;
+    if (std::abs(east_m) < 500.0 && std::abs(north_m) < 1500.0) return -32768.0;
+    return east_m < 0.0 ? -100.0 : 0.0;
+  };
+  tiler::WorldOptions options = world_of_ground(folder, ground_m);
+  options.elevation[0].sea = "below";
+  options.elevation[0].nodata = "-32768";  // zeros and hills round the data are no collar
+  const auto surface = prepare(options);
+  const auto depth_m = [&](double x) { return surface->sample(x, 0.0).water_depth_m; };
+  EXPECT_EQ(kind_at(*surface, 0.0, 0.0), "void");
+  EXPECT_GT(depth_m(1000.0), 40.0);  // the shelf: 1 in 50 from a coast 3.5 km away
+  // At the void's eastern rim, over three samples.
+  EXPECT_NEAR(depth_m(400.0), depth_m(580.0), 12.0);
+  for (double x = -300.0; x < 300.0; x += 60.0) {
+    EXPECT_LT(depth_m(x), 101.0) << x;
+    EXPECT_GT(depth_m(x), depth_m(1000.0) - 1.0) << x;
+  }
+}
+
 TEST(FilledGround, SaysHowMuchOfTheSquareItIs) {
   const ScratchFolder folder;
   tiler::WorldOptions options = world_of_ground(folder, winding_coast_m, 1000.0);

@@ -108,6 +108,36 @@ TEST(Shoreline, RaisesNoLandAndHasNoSteps) {
     }
 }
 
+TEST(Shoreline, DigsNoMoats) {
+  // Beside a stack of rock, a spit and a cliff the sea is no deeper than the shelf, and land no lower than it is.
+  const Coast rough(by_lot_m);
+  const Coast stack([](int i, int j) { return i == 20 && j == 20 ? 300.0 : 0.0; });
+  const Coast spit([](int, int j) { return j == 20 ? 40.0 : 0.0; });
+  for (const Coast* coast : {&rough, &stack, &spit})
+    for (double y = 3.0; y < 36.0; y += 0.13)
+      for (double x = 3.0; x < 36.0; x += 0.13) EXPECT_GE(coast->height_m(x, y), -1.0 - 1e-12);
+}
+
+TEST(Shoreline, PassesFromAShelfToAMeasuredFloorWithoutSteps) {
+  // A coast that runs north; the south's floor is measured.
+  Grid<double> heights_m(kSide, kSide);
+  Grid<std::uint8_t> is_sea(kSide, kSide), is_shelf(kSide, kSide);
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      is_sea(i, j) = i < 20 ? 1 : 0;
+      is_shelf(i, j) = is_sea(i, j) != 0 && j >= 20 ? 1 : 0;
+      heights_m(i, j) = is_sea(i, j) == 0 ? 40.0 : is_shelf(i, j) != 0 ? -1.0 : -25.0;
+    }
+  const Shoreline shoreline(is_sea, is_shelf);
+  for (int line = 12; line < 30; ++line)
+    for (double t = 12.03; t < 30.0; t += 0.17) {
+      EXPECT_NEAR(shoreline.height_m(heights_m, {t, line - 1e-9}),
+                  shoreline.height_m(heights_m, {t, line + 1e-9}), 1e-5);
+      EXPECT_NEAR(shoreline.height_m(heights_m, {line - 1e-9, t}),
+                  shoreline.height_m(heights_m, {line + 1e-9, t}), 1e-5);
+    }
+}
+
 TEST(Shoreline, OfAMeasuredFloorIsTheContourOfItsHeights) {
   Grid<double> heights_m(kSide, kSide);
   Grid<std::uint8_t> is_sea(kSide, kSide);

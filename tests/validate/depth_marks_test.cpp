@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -93,7 +94,6 @@ core::ImageF blurred(const core::ImageF& depth, float sky_m) {
 
 TEST(DepthEdges, OfSurfacesAreSharp) {
   const DepthEdges edges = find_edges(box_under_sky());
-  EXPECT_EQ(edges.steps.share_of_ramps(), 0.0);
   EXPECT_EQ(edges.ends.share_of_ramps(), 0.0);
 }
 
@@ -101,11 +101,27 @@ TEST(DepthEdges, OfBlurredDepthAreRamps) {
   for (const float sky_m : {0.0F, 1e5F}) {
     const DepthEdges edges = find_edges(blurred(box_under_sky(), sky_m));
     EXPECT_GT(edges.ends.share_of_ramps().value_or(0.0), 0.9) << sky_m;
-    // What is mixed with a sky of 100 km is as far as that in the next pixel: no ramp, but such an end.
-    if (sky_m == 0.0F) {
-      EXPECT_GT(edges.steps.share_of_ramps().value_or(0.0), 0.9);
-    }
   }
+}
+
+TEST(DepthEdges, OfSlopesSeenFromAboveAreNoRamps) {
+  // Terraces, each 12 m below the one before it, with slopes of 5 px between them, under a strip of sky.
+  core::ImageF depth(120, 90);
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      const int terrace = x / 20;
+      const auto along = static_cast<float>(std::min(x % 20, 5)) / 5.0F;
+      depth(x, y) = y < 20 ? std::numeric_limits<float>::quiet_NaN()
+                           : 28.0F + 12.0F * (static_cast<float>(terrace) + along);
+    }
+  EXPECT_EQ(find_edges(depth).ends.share_of_ramps(), 0.0);
+}
+
+TEST(DepthEdges, OfNoSkySayNothing) {
+  core::ImageF depth(200, 150);
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) depth(x, y) = x > 60 && x < 140 ? 40.0F : 60.0F;
+  EXPECT_FALSE(find_edges(blurred(depth, 0.0F)).ends.share_of_ramps());
 }
 
 }  // namespace

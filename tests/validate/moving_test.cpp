@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "tests/validate/still_images.h"
@@ -87,6 +88,83 @@ TEST(MovingFlow, WhatIsSeenBetweenPixelsIsNoContradiction) {
       result_of("moving_flow", shown, image_of(kLeft, [](int, int) { return 25.0; }));
   EXPECT_FALSE(behind.ok);
   EXPECT_NE(behind.worst.find("something nearer"), std::string::npos) << behind.worst;
+}
+
+// ---- moving.csv against its own poses
+
+constexpr int kNumRows = 40;
+constexpr double kStep_s = 0.1;
+
+/// A body that goes ahead in waves of height, or at one; turned a little, as sequences' frames are to the world's.
+/// is_settled   its motion is stated as that of what rides the ground: vertical velocities over 0.1 s, no acceleration
+///              up or down
+std::vector<MovingState> waves(double height_m, bool is_settled) {
+  const Eigen::Matrix3d local_from_world =
+      Eigen::AngleAxisd(5e-3, Eigen::Vector3d(1.0, 2.0, 0.0).normalized()).toRotationMatrix();
+  constexpr double kSpeed_mps = 10.0, kPull_mps2 = 0.5, kRate_radps = 2.0, kSettle_s = 0.05;
+  const auto z = [&](double t) { return height_m * std::sin(kRate_radps * t); };
+  std::vector<MovingState> states;
+  for (int i = 0; i < kNumRows; ++i) {
+    const double t = kStep_s * i;
+    MovingState state;
+    state.local_from_body = {
+        local_from_world,
+        local_from_world * Eigen::Vector3d(kSpeed_mps * t + 0.5 * kPull_mps2 * t * t, 30.0, z(t))};
+    state.motion.velocity_mps = {kSpeed_mps + kPull_mps2 * t, 0.0,
+                                 height_m * kRate_radps * std::cos(kRate_radps * t)};
+    state.motion.acceleration_mps2 = {kPull_mps2, 0.0, -kRate_radps * kRate_radps * z(t)};
+    if (is_settled) {
+      state.motion.velocity_mps.z() = (z(t + kSettle_s) - z(t - kSettle_s)) / (2.0 * kSettle_s);
+      state.motion.acceleration_mps2.z() = 0.0;
+    }
+    states.push_back(state);
+  }
+  return states;
+}
+
+CheckResult motion_of(const std::string& name,
+                      const std::vector<std::vector<MovingState>>& bodies) {
+  Sequence sequence = still_scene(kWidth, kHeight);
+  sequence.rate_hz = 1.0 / kStep_s;
+  sequence.moving = Moving{.names = {}, .masks = "moving", .states = {}};
+  sequence.moving->states.resize(kNumRows);
+  for (const std::vector<MovingState>& states : bodies) {
+    sequence.moving->names.push_back("body" + std::to_string(sequence.moving->names.size()));
+    sequence.moving->bodies.emplace_back();
+    for (std::size_t i = 0; i < states.size(); ++i)
+      sequence.moving->states[i].emplace_back(states[i]);
+  }
+  const FrameImages none = image_of(kLeft, hull);
+  return result_of("moving_bodies", name, sequence, none, none);
+}
+
+TEST(MovingMotion, WhatRidesTheGroundIsLeftOut) {
+  const auto rides = waves(0.5, true), flies = waves(0.5, false);
+  for (const char* name : {"moving_velocity", "moving_acceleration", "moving_turn_rate"}) {
+    const CheckResult alone = motion_of(name, {rides});
+    EXPECT_TRUE(alone.is_unseen && alone.ok) << name;
+    EXPECT_NE(alone.worst.find("rides the ground"), std::string::npos) << alone.worst;
+    const CheckResult both = motion_of(name, {rides, flies});
+    EXPECT_FALSE(both.skipped) << name << ": " << both.worst;
+    EXPECT_TRUE(both.ok) << name << ": " << both.value;
+    EXPECT_NE(both.summary.find("1 that ride"), std::string::npos) << both.summary;
+  }
+}
+
+// On level ground what rides is exact; so is what flies, and mistakes are found in both.
+TEST(MovingMotion, MistakesOfWhatIsExactAreFound) {
+  for (const bool is_settled : {false, true}) {
+    std::vector<MovingState> states = waves(is_settled ? 0.0 : 0.5, is_settled);
+    for (MovingState& state : states) state.motion.velocity_mps *= 1.002;
+    const CheckResult result = motion_of("moving_velocity", {states});
+    EXPECT_FALSE(result.skipped) << result.worst;
+    EXPECT_FALSE(result.ok) << result.value;
+  }
+  // Vertical velocities that differ do not make what goes level ride.
+  std::vector<MovingState> level = waves(0.0, true);
+  for (std::size_t i = 0; i < level.size(); ++i)
+    level[i].motion.velocity_mps.z() = i % 3 == 0 ? 0.1 : 0.0;
+  EXPECT_FALSE(motion_of("moving_velocity", {level}).ok);
 }
 
 }  // namespace

@@ -262,14 +262,13 @@ void add_steps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   hypotheses.push_back(std::move(h));
 }
 
-/// Depth whose edges are ramps.
+/// Depth whose ends before the sky are ramps.
 void add_blur(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   DepthEdges edges;
   for (const int c : cameras_with_depth(symptoms.trial))
     for (int f = 0; f < symptoms.trial.num_frames(); ++f)
       edges.add(find_edges(symptoms.trial.image(c, f).depth));
-  const double share = std::max(edges.steps.share_of_ramps().value_or(0.0),
-                                edges.ends.share_of_ramps().value_or(0.0));
+  const double share = edges.ends.share_of_ramps().value_or(0.0);
   constexpr double kMost = 0.8;
   if (share < kMost) return;
   Hypothesis h;
@@ -280,9 +279,9 @@ void add_blur(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
     cause.name = "depth_blurred";
     cause.explains = kUnfitDepth;
     cause.explains.insert(cause.explains.end(), kUnfitClass.begin(), kUnfitClass.end());
-    cause.words =
-        fmt::format("depth is blurred, or made of mixed pixels: {:.0f} % of its edges are ramps",
-                    100.0 * share);
+    cause.words = fmt::format(
+        "depth is blurred, or made of mixed pixels: {:.0f} % of its ends before the sky are ramps",
+        100.0 * share);
     return true;
   };
   hypotheses.push_back(std::move(h));

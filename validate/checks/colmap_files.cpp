@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "core/atomic_file.h"
@@ -8,10 +9,10 @@
 #include "validate/checks/checker.h"
 #include "validate/checks/contradictions.h"
 #include "validate/readers/colmap_database.h"
-#include "validate/text.h"
+#include "validate/readers/georegistration.h"
 
 /// What COLMAP's programs begin with beside the model: database.db, rig_config.json and
-/// georegistration.txt, against the binary model as it stands and georeference.csv.
+/// the names of georegistration.txt, against the binary model as it stands and georeference.csv.
 namespace terracast::validate {
 
 namespace {
@@ -28,7 +29,9 @@ const Georeference* georeference_of(const Sequence& sequence, const std::string&
   const std::size_t slash = image.rfind('/');
   if (index < 0 || slash == std::string::npos) return nullptr;
   const auto& rows = sequence.cameras[static_cast<std::size_t>(index)].georeference;
-  const auto frame = static_cast<std::size_t>(std::max(0, std::atoi(image.c_str() + slash + 1)));
+  std::size_t frame = 0;
+  const char* end = image.data() + image.size();
+  if (std::from_chars(image.data() + slash + 1, end, frame).ec != std::errc()) return nullptr;
   return frame < rows.size() && rows[frame] ? &*rows[frame] : nullptr;
 }
 
@@ -157,27 +160,18 @@ void compare_rig_config(const core::Json& config, const ColmapModel& model,
   }
 }
 
-/// A line an image, in the order of their numbers: the first line's place is where model_aligner has its origin.
-void compare_georegistration(const std::string& text, const Sequence& sequence,
+/// A line an image, in the order of their numbers: the first line's place is where model_aligner has its origin. Places
+/// are the check `georegistration`'s.
+void compare_georegistration(const std::filesystem::path& file, const std::string& path,
                              const ColmapModel& model, FileContradictions& found) {
-  const std::vector<TextLine> lines = split_lines(text);
+  const auto lines = read_georegistration_lines(file, path);
   found.expect(lines.size() == model.images.size(), "georegistration.txt: {} lines for {} images",
                lines.size(), model.images.size());
   auto line = lines.begin();
   for (const auto& [id, image] : model.images) {
     if (line == lines.end()) return;
-    const std::string where = "georegistration.txt:" + std::to_string(line->number);
-    const std::vector<std::string_view> words = split_blanks(line->text);
-    if (words.size() != 4)
-      core::fail(core::ErrorKind::Input, "{}: {} words, not a name and a place", where,
-                 words.size());
-    found.expect(words[0] == image.name, "{}: {} where the model has {}", where,
-                 core::first_letters(words[0], 60), core::first_letters(image.name, 60));
-    const Georeference* row = georeference_of(sequence, image.name);
-    if (row != nullptr)
-      found.expect(is_place_of(*row, parse_number(words[1], where), parse_number(words[2], where),
-                               parse_number(words[3], where)),
-                   "{}: another place than in georeference.csv", where);
+    found.expect(line->first == image.name, "georegistration.txt: {} where the model has {}",
+                 core::first_letters(line->first, 60), core::first_letters(image.name, 60));
     ++line;
   }
 }
@@ -209,14 +203,14 @@ class ColmapFilesChecker : public Checker {
     compare("rig_config.json", [&](const auto& file, const std::string&) {
       compare_rig_config(core::Json::read(file), model, found);
     });
-    compare("georegistration.txt", [&](const auto& file, const std::string&) {
-      compare_georegistration(core::read_text_file(file), sequence, model, found);
+    compare("georegistration.txt", [&](const auto& file, const std::string& path) {
+      compare_georegistration(file, path, model, found);
     });
     if (num_files == 0)
       return {skipped_result(kName, "no database.db, rig_config.json or georegistration.txt")};
     CheckResult result = found.result(kName);
     result.summary = fmt::format(
-        "Cameras, images, rigs and places of {} files for COLMAP's programs, against the binary "
+        "Cameras, images, rigs and priors of {} files for COLMAP's programs, against the binary "
         "model and georeference.csv: {} comparisons.",
         num_files, found.num_compared);
     result.reason =

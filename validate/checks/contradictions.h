@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <concepts>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -21,6 +22,12 @@ struct FileContradictions {
   void expect(bool do_agree, fmt::format_string<Args...> format, Args&&... args) {
     ++num_compared;
     if (!do_agree && ++count == 1) first = fmt::format(format, std::forward<Args>(args)...);
+  }
+  /// describe   asked for the first one alone
+  template <std::invocable Describe>
+  void expect(bool do_agree, const Describe& describe) {
+    ++num_compared;
+    if (!do_agree && ++count == 1) first = describe();
   }
 
   /// A result whose bound is none of them.

@@ -92,7 +92,8 @@ class DepthChecker : public Checker {
     results.push_back(shares_in_steps_.empty()
                           ? none("depth_steps", why_none("no image has 500 different depths"))
                           : steps_result());
-    results.push_back(edges_result(none, why_none("surfaces have fewer than 100 edges")));
+    results.push_back(
+        edges_result(none, why_none("fewer than 100 ends of surfaces stand before the sky")));
     return results;
   }
 
@@ -139,9 +140,9 @@ class DepthChecker : public Checker {
         "than a float of 16 bits; the steps that fit most of them, median of the images.";
     steps.reason =
         "Of float32 one depth in twenty is such by chance, where float32's own steps are a "
-        "fortieth of them.";
+        "twentieth of them: to 512 m of millimetres, to 8 km of centimetres.";
     steps.detects =
-        "steps of a millimetre up to 200 m, of a centimetre up to 2 km; floats of 16 bits";
+        "steps of a millimetre up to 512 m, of a centimetre up to 8 km; floats of 16 bits";
     return steps;
   }
 
@@ -151,25 +152,20 @@ class DepthChecker : public Checker {
     edges.name = "depth_edges";
     edges.bound = 0.8;
     edges.unit = "share";
-    bool is_seen = false;
-    for (const auto& [count, what] : {std::pair(edges_.steps, "steps from surface to surface"),
-                                      std::pair(edges_.ends, "ends of surfaces before the sky")}) {
-      const std::optional<double> share = count.share_of_ramps();
-      if (!share) continue;
-      is_seen = true;
-      note_worst(edges, *share, fmt::format("{} of {} {}", count.num_ramps, count.num_edges, what));
-    }
-    if (!is_seen) return none(edges.name, why_none);
+    const std::optional<double> share = edges_.ends.share_of_ramps();
+    if (!share) return none(edges.name, why_none);
+    note_worst(edges, *share,
+               fmt::format("{} of {} ends of surfaces before the sky", edges_.ends.num_ramps,
+                           edges_.ends.num_edges));
     edges.ok = edges.is_within_bound();
     edges.summary =
-        "Edges of surfaces that are spread over pixels, or end in depths of no surface: of steps "
-        "of a fifth within "
-        "seven pixels, and of ends before the sky, whichever has the larger share.";
+        "Ends of surfaces before the sky whose last pixel is three times as near, or ten times as "
+        "far, as the ground further in leads to.";
     edges.reason =
-        "A ray meets one surface or the other: only walls that are seen at a slant make a ramp, "
-        "and have an edge "
-        "behind them.";
-    edges.detects = "depth that was blurred, or made larger or smaller by mixing pixels";
+        "A ray meets a surface or the sky, and nothing between. Ramps from one surface to another "
+        "are not asked: a slope that is seen from above is one.";
+    edges.detects =
+        "depth that was blurred, or made larger or smaller by mixing pixels, together with the sky";
     return edges;
   }
 

@@ -48,6 +48,7 @@ class SingleImages {
   using Links = std::map<Key, Count>;
 
   double shift_of(PairMatches& matches) const;
+  void sort_images();
   double typical_share(const Image& image) const;
   std::optional<double> bound_of(const Image& image) const;
   double share_of_all(const Image& image) const;
@@ -58,6 +59,9 @@ class SingleImages {
   std::map<Key, Pool> pools_;  ///< of images that still meet others
   std::vector<Image> images_;
   std::map<Key, Links> links_;
+  /// When all are known: images by key, and the shares of unlike patches of a camera's images, least first.
+  std::map<Key, const Image*> by_key_;
+  std::map<std::array<int, 2>, std::vector<double>> shares_;
 };
 
 }  // namespace terracast::validate

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numbers>
 
 #include "core/error.h"
 #include "validate/checks/checker.h"
@@ -23,17 +25,20 @@ using oracle::ExactWorld;
 void compare_times(const SensorRecord& sensor, const Sequence& sequence,
                    FileContradictions& found) {
   // Doubles of seconds; the product of k and 1 / rate may be rounded otherwise than the quotient.
-  constexpr double kTimeRounding_s = 1e-12;
-  for (std::size_t k = 0; k < sensor.times_s.size(); ++k)
-    found.expect(
-        std::abs(sensor.times_s[k] - static_cast<double>(k) / sensor.rate_hz) <= kTimeRounding_s,
-        "{}: sample {} is at {} s, at {} Hz", sensor.file, k, sensor.times_s[k], sensor.rate_hz);
+  const auto rounding_s = [](double time_s) { return 1e-12 * std::max(1.0, time_s); };
+  for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
+    const double right_s = static_cast<double>(k) / sensor.rate_hz;
+    found.expect(std::abs(sensor.times_s[k] - right_s) <= rounding_s(right_s), [&] {
+      return fmt::format("{}: sample {} is at {} s, at {} Hz", sensor.file, k, sensor.times_s[k],
+                         sensor.rate_hz);
+    });
+  }
   const double last_frame_s = (sequence.num_frames - 1) / sequence.rate_hz;
   const double end_s = sequence.num_frames / sequence.rate_hz;
   const double last_s = sensor.times_s.empty() ? -1.0 : sensor.times_s.back();
   const double next_s = last_s + 1.0 / sensor.rate_hz;
-  found.expect(last_s < end_s + kTimeRounding_s &&
-                   (next_s > last_frame_s - kTimeRounding_s || sensor.times_s.empty()),
+  found.expect(last_s < end_s + rounding_s(end_s) &&
+                   (next_s > last_frame_s - rounding_s(end_s) || sensor.times_s.empty()),
                "{}: {} samples at {} Hz beside {} frames at {} Hz", sensor.file,
                sensor.times_s.size(), sensor.rate_hz, sequence.num_frames, sequence.rate_hz);
 }
@@ -41,8 +46,9 @@ void compare_times(const SensorRecord& sensor, const Sequence& sequence,
 void compare_ranges_with_settings(const SensorRecord& sensor, FileContradictions& found) {
   if (sensor.kind != "rangefinder") return;
   for (std::size_t k = 0; k < sensor.values.size(); ++k)
-    found.expect(std::isinf(sensor.values[k]) || (sensor.values[k] >= sensor.least_range_m &&
-                                                  sensor.values[k] <= sensor.most_range_m),
+    found.expect(sensor.values[k] >= sensor.least_range_m &&
+                     (sensor.values[k] <= sensor.most_range_m ||
+                      sensor.values[k] == std::numeric_limits<double>::infinity()),
                  "{}: range {} of sample {} is outside {} to {} m", sensor.file, sensor.values[k],
                  k, sensor.least_range_m, sensor.most_range_m);
 }
@@ -79,7 +85,7 @@ class RangeComparison {
         oracle::read_shown_geometry(dataset.root / sequence.geometry, sequence.geometry);
     for (const oracle::ShownTile& tile : geometry.tiles) tiles_.push_back(tile.key);
     world_from_local_ = world_from_local(folder_, sequence);
-    world_.emplace(folder_, tiles_, world_from_enu_of(folder_));
+    world_.emplace(folder_, tiles_, world_from_enu_of(folder_), viewers());
   }
 
   void compare(const SensorRecord& sensor) {
@@ -97,8 +103,8 @@ class RangeComparison {
     CheckResult result;
     result.name = "sensors_range";
     if (num_compared_ == 0)
-      return unseen_result(result.name,
-                           "no sample is taken at a frame's time that meets what stands");
+      return unseen_result(
+          result.name, "no sample at a frame's time is sure to meet what stands, off its edges");
     result.value = worst_;
     result.bound = 1.0;
     result.unit = "of what rounding allows";
@@ -106,8 +112,8 @@ class RangeComparison {
     result.worst = worst_place_;
     result.summary = fmt::format(
         "{} samples of rangefinders at frames' times against exact rays; {} that may have met what "
-        "moves, and those between frames, are left out.",
-        num_compared_, num_left_out_);
+        "moves, {} within the poses' rounding of an edge, and those between frames, are left out.",
+        num_compared_, num_left_out_, num_at_edges_);
     result.reason =
         "Ranges are doubles; the poses' decimals, carried to the triangle's plane, are what is "
         "allowed.";
@@ -116,30 +122,77 @@ class RangeComparison {
   }
 
  private:
+  /// All that a sequence carries stands above the water or all in it; its first camera tells (docs/render.md).
+  oracle::Viewers viewers() const {
+    for (const Camera& camera : sequence_.cameras)
+      for (const std::optional<Pose>& pose : camera.local_from_camera)
+        if (pose)
+          return ExactWorld::is_in_water(folder_, tiles_, world_from_local_ * pose->translation)
+                     ? oracle::Viewers::InWater
+                     : oracle::Viewers::AboveWater;
+    return oracle::Viewers::AboveWater;
+  }
+
+  std::optional<ExactHit> first_hit(const SensorRecord& sensor, const Eigen::Vector3d& near,
+                                    const Eigen::Vector3d& direction) const {
+    return world_->first_hit(ExactRay{near, near + OracleView::kThrough_m * direction},
+                             (sensor.most_range_m - sensor.least_range_m) / OracleView::kThrough_m);
+  }
+
+  /// Whether all rays from about a place meet the plane that the ray from there does, or all of them nothing.
+  /// off_m     how far about
+  /// on_plane_m   how well ranges show the plane
+  bool is_one_surface(const SensorRecord& sensor, const Pose& world_from_sensor,
+                      const Eigen::Vector3d& near, const std::optional<ExactHit>& hit, double off_m,
+                      double on_plane_m) const {
+    const Eigen::Vector3d direction = world_from_sensor.rotation.col(0);
+    // Along the ray, too: what stands where its reach begins or ends. Across, four as far as the corners of a square
+    // around all places so near.
+    const double across_m = std::numbers::sqrt2 * off_m;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1.0, 1.0}) {
+        const Eigen::Vector3d from =
+            near + sign * (axis == 0 ? off_m : across_m) * world_from_sensor.rotation.col(axis);
+        const std::optional<ExactHit> beside = first_hit(sensor, from, direction);
+        if (beside.has_value() != hit.has_value()) return false;
+        if (!hit) continue;
+        const double plane_m =
+            hit->normal_world.dot(hit->point_world - from) / hit->normal_world.dot(direction);
+        // A ray within the plane meets it nowhere: NaN.
+        if (!(std::abs(beside->t * OracleView::kThrough_m - plane_m) <= on_plane_m)) return false;
+      }
+    return true;
+  }
+
   void compare(const SensorRecord& sensor, std::size_t k, std::size_t frame, const Pose& body) {
     const Pose local_from_sensor = body * sensor.body_from_sensor;
     if (may_meet_what_moves(local_from_sensor, frame)) {
       ++num_left_out_;
       return;
     }
-    ++num_compared_;
     const Pose world_from_sensor = world_from_local_ * local_from_sensor;
     const Eigen::Vector3d direction = world_from_sensor.rotation.col(0);
     const Eigen::Vector3d near = world_from_sensor.translation + sensor.least_range_m * direction;
-    const std::optional<ExactHit> hit =
-        world_->first_hit(ExactRay{near, near + OracleView::kThrough_m * direction},
-                          (sensor.most_range_m - sensor.least_range_m) / OracleView::kThrough_m);
+    const std::optional<ExactHit> hit = first_hit(sensor, near, direction);
+    const double exact_m = hit ? sensor.least_range_m + hit->t * OracleView::kThrough_m
+                               : sensor.most_range_m;  // so far at least
+    // A micrometre of places, and what the decimals leave of a turn, against the triangle's plane.
+    const PoseRounding rounding = pose_rounding(dataset_.format, distance_m(frame));
+    const double off_m = 1e-6 + rounding.position_m + exact_m * rounding.angle_rad;
+    const double sine = hit ? std::max(1e-6, std::abs(hit->normal_world.dot(direction))) : 1.0;
+    const double allowed_m = off_m / sine;
+    constexpr double kOfAllowed = 1e-3;  // what a neighbouring plane may add
+    if (!is_one_surface(sensor, world_from_sensor, near, hit, off_m, kOfAllowed * allowed_m)) {
+      ++num_at_edges_;
+      return;
+    }
+    ++num_compared_;
     const double stored_m = sensor.values[k * sensor.num_channels];
     const std::string where = fmt::format("{}, sample {}", sensor.file, k);
     if (!hit || std::isinf(stored_m)) {
       if (hit.has_value() == std::isinf(stored_m)) note(1e9, where + ": a range without a surface");
       return;
     }
-    const double exact_m = sensor.least_range_m + hit->t * OracleView::kThrough_m;
-    // Micrometres of places, and what the decimals leave of a turn, against the triangle's plane.
-    const double sine = std::max(1e-6, std::abs(hit->normal_world.dot(direction)));
-    const PoseRounding rounding = pose_rounding(dataset_.format, distance_m(frame));
-    const double allowed_m = 1e-6 + (rounding.position_m + exact_m * rounding.angle_rad) / sine;
     note(std::abs(stored_m - exact_m) / allowed_m,
          fmt::format("{}: range {:.9g} m, exact {:.9g} m", where, stored_m, exact_m));
   }
@@ -178,7 +231,7 @@ class RangeComparison {
   std::vector<oracle::TileKey> tiles_;
   Pose world_from_local_;
   std::optional<ExactWorld> world_;
-  std::int64_t num_compared_ = 0, num_left_out_ = 0;
+  std::int64_t num_compared_ = 0, num_left_out_ = 0, num_at_edges_ = 0;
   double worst_ = 0.0;
   std::string worst_place_;
 };

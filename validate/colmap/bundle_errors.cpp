@@ -298,33 +298,29 @@ Steps steps_of(const Bundle& bundle, const Centres& centres) {
 /// Observations by point, so that points can be adjusted one by one.
 struct Sight {
   std::size_t view = 0;
+  std::size_t point = 0;
   Eigen::Vector2d pixel;
 };
 std::vector<std::vector<Sight>> sights_of(const Bundle& bundle) {
   std::vector<std::vector<Sight>> sights(bundle.points.size());
   for (std::size_t v = 0; v < bundle.views.size(); ++v)
     for (const BundleView::Observation& seen : bundle.views[v].observations)
-      sights[seen.point].push_back({v, seen.pixel});
+      sights[seen.point].push_back({v, seen.point, seen.pixel});
   return sights;
 }
 
-/// Squared distances of a point's observations from its projections, each cut at kMostResidual_px; what lies behind
-/// a camera counts as cut.
-double squares_of(const Bundle& bundle, const std::vector<Sight>& sights,
-                  const Eigen::Vector3d& point) {
+/// Squared distance of an observation from its point's projection, cut at kMostResidual_px, as it is of what lies
+/// behind a camera.
+double squared_distance_px2(const Bundle& bundle, const Sight& sight) {
   constexpr double kMost_px2 = kMostResidual_px * kMostResidual_px;
-  double sum = 0.0;
-  for (const Sight& sight : sights) {
-    const BundleView& view = bundle.views[sight.view];
-    const Eigen::Vector3d x = view.camera_from_bundle * point;
-    const double squared_px2 =
-        x.z() > 0.0 ? (view.camera->pixel_from_point(x) - sight.pixel).squaredNorm() : kMost_px2;
-    sum += squared_px2 < kMost_px2 ? squared_px2 : kMost_px2;
-  }
-  return sum;
+  const BundleView& view = bundle.views[sight.view];
+  const Eigen::Vector3d x = view.camera_from_bundle * bundle.points[sight.point];
+  const double squared_px2 =
+      x.z() > 0.0 ? (view.camera->pixel_from_point(x) - sight.pixel).squaredNorm() : kMost_px2;
+  return squared_px2 < kMost_px2 ? squared_px2 : kMost_px2;
 }
 
-/// The same, of which what is farther off than a pixel counts by its distance (Huber 1964).
+/// Squared distances of a point's observations, of which what is farther off than a pixel counts by its distance (Huber 1964).
 double robust_squares_of(const Bundle& bundle, const std::vector<Sight>& sights,
                          const Eigen::Vector3d& point) {
   constexpr double kBehind_px = 1e3;
@@ -417,15 +413,42 @@ std::optional<BundleErrors> bundle_errors(const Bundle& bundle) {
   return is_finite ? std::optional(errors) : std::nullopt;
 }
 
-Explanation explain(const Bundle& bundle) {
-  Explanation all;
-  const std::vector<std::vector<Sight>> sights = sights_of(bundle);
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    if (sights[i].size() < 2) continue;
-    all.squares_px2 += squares_of(bundle, sights[i], bundle.points[i]);
-    all.num_observations += sights[i].size();
+std::vector<double> explain(const Bundle& bundle) {
+  std::vector<double> squares_px2(bundle.views.size(), 0.0);
+  for (const std::vector<Sight>& sights : sights_of(bundle)) {
+    if (sights.size() < 2) continue;
+    for (const Sight& sight : sights)
+      squares_px2[sight.view] += squared_distance_px2(bundle, sight);
   }
-  return all;
+  return squares_px2;
+}
+
+std::size_t drop_lonely_views(Bundle& bundle) {
+  constexpr std::size_t kLeastPoints = 3;
+  std::size_t num_dropped = 0;
+  // Without a view others may be lonely too.
+  for (bool is_any = true; is_any;) {
+    is_any = false;
+    std::vector<std::size_t> num_shared(bundle.views.size(), 0);
+    for (const std::vector<Sight>& sights : sights_of(bundle))
+      if (sights.size() >= 2)
+        for (const Sight& sight : sights) ++num_shared[sight.view];
+    std::vector<std::optional<std::size_t>> index(bundle.views.size());
+    std::vector<BundleView> kept;
+    for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+      if (num_shared[v] < kLeastPoints) continue;
+      index[v] = kept.size();
+      kept.push_back(std::move(bundle.views[v]));
+    }
+    is_any = kept.size() < bundle.views.size();
+    num_dropped += bundle.views.size() - kept.size();
+    bundle.views = std::move(kept);
+    std::vector<std::pair<std::size_t, std::size_t>> steps;
+    for (const auto& [a, b] : bundle.steps)
+      if (index[a] && index[b]) steps.emplace_back(*index[a], *index[b]);
+    bundle.steps = std::move(steps);
+  }
+  return num_dropped;
 }
 
 std::optional<Improvement> improvement(const Bundle& bundle) {

@@ -44,12 +44,17 @@ struct BundleErrors {
   double turn_px = 0.0;  ///< of the turn along a step, times the focal length, rms
 };
 
+/// Leaves the views out that share too few points with others to have a pose by them: those with fewer than three points
+/// that another view sees. Steps to and from them are left out too.
+/// returns  how many are left out
+std::size_t drop_lonely_views(Bundle& bundle);
+
 /// The first-order covariance of the adjustment, gauge removed (Triggs et al., "Bundle Adjustment: A
 /// Modern Synthesis", 2000). Derivatives of projections are central differences, good to 1e-6 of
 /// themselves. Points with fewer than two observations in front of their cameras are left out.
 /// returns  nothing where the views do not hang together, there are no more observations than unknowns, or more
 ///          views than kMostBundleViews
-/// cost     (6 views)^3 operations and 2 (6 views)^2 numbers: 0.6 GB for 1000 views
+/// cost     (6 views)^3 operations and 6 (6 views)^2 numbers: 1.7 GB for 1000 views
 std::optional<BundleErrors> bundle_errors(const Bundle& bundle);
 
 inline constexpr std::size_t kMostBundleViews = 1000;
@@ -58,13 +63,9 @@ inline constexpr std::size_t kMostBundleViews = 1000;
 /// then adjusted, with errors beyond a pixel weighed by their size and not by its square.
 void triangulate(Bundle& bundle);
 
-/// How a bundle explains its observations: the sum of squared distances from the points' projections, each cut at
-/// kMostResidual_px (COLMAP's own limit).
-struct Explanation {
-  double squares_px2 = 0.0;
-  std::size_t num_observations = 0;
-};
-Explanation explain(const Bundle& bundle);
+/// How a bundle explains its observations, by view: the sums of squared distances from the points' projections, each
+/// cut at kMostResidual_px (COLMAP's own limit), px^2.
+std::vector<double> explain(const Bundle& bundle);
 inline constexpr double kMostResidual_px = 4.0;
 
 /// What an adjustment of poses and points would make of a bundle, to first order.

@@ -347,10 +347,11 @@ std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
   const std::vector<Placed> placed = placed_shots(job, model);
   Surfaces surfaces;
   for (const Placed& one : placed) look_at(job, model, one, surfaces);
-  const Bundle bundle = known_bundle(model, placed);
+  Bundle bundle = known_bundle(model, placed);
+  const std::size_t num_lonely = drop_lonely_views(bundle);
   std::vector<CheckResult> results{reprojection_result(
-      bundle, fmt::format("{} points of {} images, {} pairs matched", model.points.size(),
-                          job.shots.size(), database.num_pairs))};
+      bundle, fmt::format("{} points of {} images, {} pairs matched, {} images share no points",
+                          model.points.size(), job.shots.size(), database.num_pairs, num_lonely))};
   for (CheckResult& result : surface_results(model, bundle, surfaces, job.ground_pixel_m()))
     results.push_back(std::move(result));
   results.push_back(points_result(job, triangulable, model));

@@ -63,17 +63,34 @@ struct PanopticImage {
   std::map<std::uint32_t, Area> areas;
 };
 
+/// Whether a ray comes in at every place of a camera's image, so that things are cut off at its sides alone: neither at
+/// the circle of a fisheye, nor where a panorama joins.
+bool fills_its_image(const Intrinsics& camera) {
+  if (!camera.plane) return true;
+  if (!camera.plane->is_central() || camera.plane->turn() != 0.0) return false;
+  const auto has_ray = [&](double u, double v) {
+    return camera.ray_from_pixel({u, v}).allFinite();
+  };
+  for (const double u : {0.0, double(camera.width_px)})
+    for (const double v : {0.0, double(camera.height_px)})
+      if (!has_ray(u, v)) return false;
+  for (int y = 0; y < camera.height_px; ++y)
+    for (int x = 0; x < camera.width_px; ++x)
+      if (!has_ray(x + 0.5, y + 0.5)) return false;
+  return true;
+}
+
 /// What is said of all of the thing, against the pixels that show it: these lie within the box around all, which lies
-/// within the image; what is cut off at no side of the image is not truncated.
+/// within the image; of a camera that fills its image, what is cut off at no side of it is not truncated.
 /// throws   Input: what contradicts
-void check_whole(const Json& stated, const Area& area, const PanopticImage& image,
+void check_whole(const Json& stated, const Area& area, const PanopticImage& image, bool is_filled,
                  const std::string& where) {
   if (!stated.has("whole_bbox")) return;
   const std::vector<double> box = stated.at("whole_bbox").numbers();
   const double occlusion = stated.at("occlusion").number();
   const double truncation = stated.at("truncation").number();
   if (box.size() != 4 || !(occlusion >= 0.0 && occlusion < 1.0) ||
-      !(truncation >= 0.0 && truncation < 1.0))
+      !(truncation >= 0.0 && truncation <= 1.0))
     fail(ErrorKind::Input, "{}: occlusion {}, truncation {} or a box of {} numbers", where,
          occlusion, truncation, box.size());
   const double width = image.numbers.width(), height = image.numbers.height();
@@ -87,7 +104,7 @@ void check_whole(const Json& stated, const Area& area, const PanopticImage& imag
     fail(ErrorKind::Input, "{}: whole_bbox does not hold its pixels, or leaves the image", where);
   const bool is_at_border = box[0] <= kRounding_px || box[1] <= kRounding_px ||
                             right >= width - kRounding_px || bottom >= height - kRounding_px;
-  if (truncation > 0.0 && !is_at_border)
+  if (is_filled && truncation > 0.0 && !is_at_border)
     fail(ErrorKind::Input, "{}: truncation {}, but whole_bbox meets no side of the image", where,
          truncation);
 }
@@ -176,7 +193,8 @@ class Annotations {
   }
 
   /// throws   Input: what is wrong with an image's annotations
-  void check(const std::string& name, const Intrinsics& size) const {
+  /// is_filled   of fills_its_image()
+  void check(const std::string& name, const Intrinsics& size, bool is_filled) const {
     const auto segments = segments_.find(name);
     const auto id = image_ids_.find(name);
     if (id == image_ids_.end())
@@ -195,7 +213,7 @@ class Annotations {
     const auto own = by_image_.find(id->second);
     if (own == by_image_.end()) return;
     for (const Json* annotation : own->second)
-      check_instance(*annotation, image, categories,
+      check_instance(*annotation, image, is_filled, categories,
                      fmt::format("{}: annotation {}", kInstances, annotation->at("id").integer()));
   }
 
@@ -294,7 +312,7 @@ class Annotations {
     return categories;
   }
 
-  void check_instance(const Json& annotation, const PanopticImage& image,
+  void check_instance(const Json& annotation, const PanopticImage& image, bool is_filled,
                       const std::map<std::uint32_t, std::int64_t>& categories,
                       const std::string& where) const {
     const std::int64_t category = annotation.at("category_id").integer();
@@ -325,7 +343,7 @@ class Annotations {
     }
     check_area(annotation, area, where);
     check_no_crowd(annotation, where);
-    check_whole(annotation, area, image, where);
+    check_whole(annotation, area, image, is_filled, where);
     const auto segment = image.areas.find(number);
     if (segment == image.areas.end() || segment->second.count != area.count)
       fail(ErrorKind::Input, "{}: its mask is not the whole of segment {} of the panoptic image",
@@ -372,13 +390,15 @@ void CocoReader::read(const Dataset& dataset, Sequence& sequence, Findings& find
   const Annotations annotations(dataset, findings);
   for (Camera& camera : sequence.cameras) {
     adopt_stated(camera, findings);  // the format has none
+    const bool is_filled = fills_its_image(camera.intrinsics);
     const std::string folder = sequence.name + "/" + camera.name;
     const std::vector<std::string> images =
         numbered_files(dataset, "images/" + folder, ".png", sequence.num_frames, findings);
     for (int frame = 0; frame < sequence.num_frames; ++frame) {
       camera.files[static_cast<std::size_t>(frame)].color = images[static_cast<std::size_t>(frame)];
       const std::string name = folder + "/" + frame_digits(frame) + ".png";
-      findings.attempt("panoptic/" + name, [&] { annotations.check(name, camera.intrinsics); });
+      findings.attempt("panoptic/" + name,
+                       [&] { annotations.check(name, camera.intrinsics, is_filled); });
     }
   }
 }

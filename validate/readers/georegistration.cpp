@@ -7,10 +7,10 @@
 
 namespace terracast::validate {
 
-GeoregistrationPlaces read_georegistration(const std::filesystem::path& file,
-                                           const std::string& where) {
+std::vector<std::pair<std::string, GeoregistrationPlace>> read_georegistration_lines(
+    const std::filesystem::path& file, const std::string& where) {
   const std::string text = core::read_text_file(file);
-  GeoregistrationPlaces places;
+  std::vector<std::pair<std::string, GeoregistrationPlace>> places;
   for (const TextLine& line : split_lines(text)) {
     const std::string at = fmt::format("{}:{}", where, line.number);
     // A name may have blanks in it.
@@ -20,14 +20,22 @@ GeoregistrationPlaces read_georegistration(const std::filesystem::path& file,
       core::fail(core::ErrorKind::Input, "{}: not an image's name and three numbers", at);
     const auto* end_of_name =
         words[words.size() - kNumbers - 1].data() + words[words.size() - kNumbers - 1].size();
-    const std::string name(words[0].data(), end_of_name);
-    std::array<double, kNumbers> place{};
+    std::string name(words[0].data(), end_of_name);
+    GeoregistrationPlace place{};
     for (std::size_t k = 0; k < kNumbers; ++k)
       place[k] = parse_number(words[words.size() - kNumbers + k], at);
-    if (!places.emplace(name, place).second)
-      core::fail(core::ErrorKind::Input, "{}: \"{}\" stands twice", at,
-                 core::first_letters(name, 100));
+    places.emplace_back(std::move(name), place);
   }
+  return places;
+}
+
+GeoregistrationPlaces read_georegistration(const std::filesystem::path& file,
+                                           const std::string& where) {
+  GeoregistrationPlaces places;
+  for (const auto& [name, place] : read_georegistration_lines(file, where))
+    if (!places.emplace(name, place).second)
+      core::fail(core::ErrorKind::Input, "{}: \"{}\" stands twice", where,
+                 core::first_letters(name, 100));
   return places;
 }
 

@@ -4,13 +4,23 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 /// COLMAP's georegistration.txt: an image's name and three numbers a line, as `model_aligner` takes them.
 namespace terracast::validate {
 
-/// By name: latitude and longitude in degrees and height above the ellipsoid in metres, if the file is right. Numbers
+/// Of an image: latitude and longitude in degrees and height above the ellipsoid in metres, if the file is right. Numbers
 /// need not be places.
-using GeoregistrationPlaces = std::map<std::string, std::array<double, 3>>;
+using GeoregistrationPlace = std::array<double, 3>;
+/// By name.
+using GeoregistrationPlaces = std::map<std::string, GeoregistrationPlace>;
+
+/// In the order of the file's lines.
+/// where   of the file, for messages
+/// throws  Input: a line that is not a name and three numbers; Io
+std::vector<std::pair<std::string, GeoregistrationPlace>> read_georegistration_lines(
+    const std::filesystem::path& file, const std::string& where);
 
 /// where   of the file, for messages
 /// throws  Input: a line that is not a name and three numbers, a name that stands twice; Io

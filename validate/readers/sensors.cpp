@@ -31,16 +31,18 @@ Pose read_mount(const Json& json, const std::string& where) {
   return {rotation.toRotationMatrix(), {t[0], t[1], t[2]}};
 }
 
-/// "range_m" is in "m", "rate_radps" in "radps"; a name without a unit says nothing.
-void check_unit(const std::string& name, const std::string& unit, const std::string& where) {
-  if (!name.ends_with("_" + unit))
-    fail(ErrorKind::Input, "{}: channel {} has the unit \"{}\"", where,
-         core::first_letters(name, 60), core::first_letters(unit, 60));
+/// A rangefinder has one channel; those of plug-ins are called, and measured in, what they like.
+void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
+  if (kind != "rangefinder") return;
+  if (channels.size() != 1 || channels.at(0).at("name").string() != "range_m" ||
+      channels.at(0).at("unit").string() != "m")
+    fail(ErrorKind::Input, "{}: its channels are others than range_m in m", where);
 }
 
 /// A number, or an infinite one.
 double parse_sample(std::string_view cell, const std::string& where) {
   if (cell == "inf") return std::numeric_limits<double>::infinity();
+  if (cell == "-inf") return -std::numeric_limits<double>::infinity();
   return parse_number(cell, where);
 }
 
@@ -95,12 +97,11 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.rig_from_sensor = read_mount(json.at("rig_from_sensor"), where);
   std::string header = "time_s";
   const Json& channels = json.at("channels");
+  if (!channels.is_array()) fail(ErrorKind::Input, "{}: channels are no list", where);
+  check_channels(sensor.kind, channels, where);
   sensor.num_channels = channels.size();
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const std::string name = channels.at(i).at("name").string();
-    check_unit(name, channels.at(i).at("unit").string(), where);
-    header += "," + name;
-  }
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    header += "," + channels.at(i).at("name").string();
   if (sensor.kind == "rangefinder") {
     const std::string settings = json.at("settings_toml").string();
     sensor.least_range_m = setting_of(settings, "least_range_m", where);

@@ -6,6 +6,21 @@
 
 namespace terracast::validate {
 
+namespace {
+
+/// A view may be a query without end, and functions of a file's schema may do anything: neither is run.
+/// returns   SQLite's status
+int distrust(sqlite3* handle) {
+  int status = sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  if (status == SQLITE_OK)
+    status = sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  if (status == SQLITE_OK)
+    status = sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  return status;
+}
+
+}  // namespace
+
 std::int64_t SqliteRow::integer(int column) const {
   return sqlite3_column_int64(statement_, column);
 }
@@ -31,6 +46,7 @@ SqliteDatabase SqliteDatabase::of_bytes(std::vector<std::byte> bytes, const std:
   const int status = sqlite3_open_v2(":memory:", &handle, SQLITE_OPEN_READWRITE, nullptr);
   database.handle_.reset(handle);
   database.check(status);
+  database.check(distrust(handle));
   const auto size = static_cast<sqlite3_int64>(database.bytes_.size());
   database.check(sqlite3_deserialize(handle, "main",
                                      reinterpret_cast<unsigned char*>(database.bytes_.data()), size,
@@ -44,6 +60,7 @@ SqliteDatabase SqliteDatabase::of_file(const std::filesystem::path& file, const 
   const int status = sqlite3_open_v2(file.c_str(), &handle, SQLITE_OPEN_READONLY, nullptr);
   database.handle_.reset(handle);
   database.check(status);
+  database.check(distrust(handle));
   return database;
 }
 
@@ -55,8 +72,14 @@ void SqliteDatabase::each_row(const std::string& sql,
   sqlite3_stmt* prepared = nullptr;
   check(sqlite3_prepare_v2(handle_.get(), sql.c_str(), -1, &prepared, nullptr));
   const std::unique_ptr<sqlite3_stmt, Finish> statement(prepared);
+  // Pages that lead back to each other have no last row.
+  constexpr std::int64_t kMostRows = std::int64_t{1} << 24;
   int status = SQLITE_ROW;
-  while ((status = sqlite3_step(prepared)) == SQLITE_ROW) visit(SqliteRow(prepared));
+  for (std::int64_t num_rows = 1; (status = sqlite3_step(prepared)) == SQLITE_ROW; ++num_rows) {
+    if (num_rows > kMostRows)
+      core::fail(core::ErrorKind::Input, "{}: more than {} rows of \"{}\"", name_, kMostRows, sql);
+    visit(SqliteRow(prepared));
+  }
   check(status);
 }
 

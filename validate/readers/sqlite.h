@@ -12,7 +12,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-/// SQLite's databases, read and left as they are.
+/// SQLite's databases, read and left as they are. They are taken for hostile: views are no tables.
 namespace terracast::validate {
 
 /// A row of a query; columns from 0.
@@ -44,7 +44,8 @@ class SqliteDatabase {
   static SqliteDatabase of_bytes(std::vector<std::byte> bytes, const std::string& name);
   static SqliteDatabase of_file(const std::filesystem::path& file, const std::string& name);
 
-  /// throws  Input: a damaged database, or one without such tables and columns
+  /// throws  Input: a damaged database, or one without such tables and columns; a view in place of a table; more than
+  ///         2^24 rows
   void each_row(const std::string& sql, const std::function<void(const SqliteRow&)>& visit) const;
 
  private:
