@@ -90,13 +90,25 @@ double product_m(const Stencil& stencil) {
   return factor_m * spline(stencil.side, stencil.tx, stencil.ty);
 }
 
-/// Whether a sample about this one is of a measured floor.
-bool has_floor_near(const Grid<std::uint8_t>& is_sea, const Grid<std::uint8_t>& is_shelf, int i,
-                    int j) {
-  for (int dj = -kReach; dj <= kReach; ++dj)
-    for (int di = -kReach; di <= kReach; ++di)
-      if (is_sea.clamped(i + di, j + dj) != 0 && is_shelf.clamped(i + di, j + dj) == 0) return true;
-  return false;
+/// Samples near those of a measured floor: so near that a cell whose surface sides would shape, and no shelf, has its
+/// four corners among them.
+Grid<std::uint8_t> near_floors(const Grid<std::uint8_t>& is_sea,
+                               const Grid<std::uint8_t>& is_shelf) {
+  constexpr int kNear = kReach + 2;
+  Grid<std::uint8_t> in_row(is_sea.width, is_sea.height), near(is_sea.width, is_sea.height);
+  core::parallel_for(is_sea.height, [&](std::int64_t row) {
+    const int j = static_cast<int>(row);
+    for (int i = 0; i < is_sea.width; ++i)
+      for (int k = -kNear; k <= kNear && in_row(i, j) == 0; ++k)
+        in_row(i, j) = is_sea.clamped(i + k, j) != 0 && is_shelf.clamped(i + k, j) == 0 ? 1 : 0;
+  });
+  core::parallel_for(is_sea.height, [&](std::int64_t row) {
+    const int j = static_cast<int>(row);
+    for (int i = 0; i < is_sea.width; ++i)
+      for (int k = -kNear; k <= kNear && near(i, j) == 0; ++k)
+        near(i, j) = in_row.clamped(i, j + k);
+  });
+  return near;
 }
 
 /// The side of a sample from those about it.
@@ -135,13 +147,10 @@ double by_shelf_m(const Stencil& stencil, double smooth_m) {
 }  // namespace
 
 Shoreline::Shoreline(const Grid<std::uint8_t>& is_sea, const Grid<std::uint8_t>& is_shelf)
-    : side_(is_sea.width, is_sea.height), has_floor_(is_sea.width, is_sea.height) {
+    : side_(is_sea.width, is_sea.height), has_floor_(near_floors(is_sea, is_shelf)) {
   core::parallel_for(is_sea.height, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
-    for (int i = 0; i < is_sea.width; ++i) {
-      side_(i, j) = side_of(is_sea, i, j);
-      has_floor_(i, j) = has_floor_near(is_sea, is_shelf, i, j) ? 1 : 0;
-    }
+    for (int i = 0; i < is_sea.width; ++i) side_(i, j) = side_of(is_sea, i, j);
   });
 }
 
