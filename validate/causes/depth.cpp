@@ -262,17 +262,18 @@ void add_steps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   hypotheses.push_back(std::move(h));
 }
 
-/// Depth whose ends before the sky are ramps.
+/// Depth whose ends before the sky are ramps: nearly all of them, and many, since thin plants before the sky end so too.
 void add_blur(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   DepthEdges edges;
   for (const int c : cameras_with_depth(symptoms.trial))
     for (int f = 0; f < symptoms.trial.num_frames(); ++f)
       edges.add(find_edges(symptoms.trial.image(c, f).depth));
   const double share = edges.ends.share_of_ramps().value_or(0.0);
-  constexpr double kMost = 0.8;
-  if (share < kMost) return;
+  constexpr double kNearlyAll = 0.955;
+  constexpr int kMany = 200;
+  if (share < kNearlyAll || edges.ends.num_edges < kMany) return;
   Hypothesis h;
-  h.checks = {"depth"};
+  h.checks = {"reprojection", "flow", "stereo", "structure"};
   h.rank = 1;
   h.marks = kLost;
   h.undo = [share](Trial&, Cause& cause) {

@@ -7,8 +7,8 @@
 #include "validate/depth_marks.h"
 #include "validate/sampling.h"
 
-/// Depths of single images as numbers: how many different ones there are, whether they end at one value, to what they
-/// are rounded, and whether their edges are sharp.
+/// Depths of single images as numbers: how many different ones there are, whether they end at one value, and to what
+/// they are rounded.
 namespace terracast::validate {
 
 namespace {
@@ -49,18 +49,15 @@ class DepthChecker : public Checker {
     if (window.frame() % step != 0) return;
     const auto num_cameras = window.sequence().cameras.size();
     std::vector<std::optional<DepthMarks>> marks(num_cameras);
-    std::vector<DepthEdges> edges(num_cameras);
     core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
       const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
       // On level ground all that a camera sees straight below is equally deep.
       constexpr double kStraight = 1.0 - 1e-5;  // 0.26 deg
       if (!view || view->image->depth.empty()) return;
-      edges[static_cast<std::size_t>(camera)] = find_edges(view->image->depth);
       if (std::abs(view->local_from_camera.rotation(2, 2)) > kStraight) return;
       marks[static_cast<std::size_t>(camera)] = marks_of(view->image->depth);
     });
     for (std::size_t camera = 0; camera < num_cameras; ++camera) {
-      edges_.add(edges[camera]);
       if (!marks[camera]) continue;
       if (marks[camera]->steps) shares_in_steps_.push_back(marks[camera]->steps->share);
       pixels_per_value_.push_back(marks[camera]->pixels_per_value);
@@ -92,8 +89,6 @@ class DepthChecker : public Checker {
     results.push_back(shares_in_steps_.empty()
                           ? none("depth_steps", why_none("no image has 500 different depths"))
                           : steps_result());
-    results.push_back(
-        edges_result(none, why_none("fewer than 100 ends of surfaces stand before the sky")));
     return results;
   }
 
@@ -146,32 +141,8 @@ class DepthChecker : public Checker {
     return steps;
   }
 
-  template <class None>
-  CheckResult edges_result(const None& none, const char* why_none) {
-    CheckResult edges;
-    edges.name = "depth_edges";
-    edges.bound = 0.8;
-    edges.unit = "share";
-    const std::optional<double> share = edges_.ends.share_of_ramps();
-    if (!share) return none(edges.name, why_none);
-    note_worst(edges, *share,
-               fmt::format("{} of {} ends of surfaces before the sky", edges_.ends.num_ramps,
-                           edges_.ends.num_edges));
-    edges.ok = edges.is_within_bound();
-    edges.summary =
-        "Ends of surfaces before the sky whose last pixel is three times as near, or ten times as "
-        "far, as the ground further in leads to.";
-    edges.reason =
-        "A ray meets a surface or the sky, and nothing between. Ramps from one surface to another "
-        "are not asked: a slope that is seen from above is one.";
-    edges.detects =
-        "depth that was blurred, or made larger or smaller by mixing pixels, together with the sky";
-    return edges;
-  }
-
   ValidateOptions options_;
   std::vector<double> shares_in_steps_;
-  DepthEdges edges_;
   std::vector<double> pixels_per_value_, share_at_most_;
   double worst_share_ = 0.0;
   std::string worst_place_;
