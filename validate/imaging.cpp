@@ -119,7 +119,8 @@ void read_imaging(const Dataset& dataset, const std::string& path, Sequence& seq
   if (!dataset.files.contains(path)) return;
   findings.attempt(path, [&] {
     const Json json = Json::parse(core::read_text_file(dataset.root / path), path);
-    if (json.at("format").string() != "terracast-imaging" || json.at("version").integer() != 1)
+    if (json.has("format") &&
+        (json.at("format").string() != "terracast-imaging" || json.at("version").integer() != 1))
       fail(ErrorKind::Input, "{}: \"terracast-imaging\", version 1, are right", path);
     const Json& cameras = json.at("cameras");
     std::set<std::string> names;

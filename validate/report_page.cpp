@@ -96,7 +96,9 @@ std::string verdict(const Json& report) {
              state_of(is_ok, false), is_ok ? "Every bound holds" : "The dataset is wrong",
              counts.num_right, counts.num_wrong, counts.num_absent, counts.num_unseen,
              escaped(fmt::format("{}{}", unseen.empty() ? "" : ": ", fmt::join(unseen, ", ")))) +
-         fmt::format("<p class=\"says\">{}</p>\n", escaped(report.at("says").string()));
+         (report.has("says")
+              ? fmt::format("<p class=\"says\">{}</p>\n", escaped(report.at("says").string()))
+              : "");
 }
 
 /// The causes that a report names (its member "causes": a list of objects with "words"), where it

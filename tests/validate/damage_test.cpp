@@ -287,7 +287,7 @@ const Damage kDamages[] = {
      [](const fs::path& d) {
        replace(d / "dataset.json", "\"2024_06_21_drive", "\"2024_06_22_drive");
      },
-     "readers look for YYYY_MM_DD/"},
+     "the path of sequence 2024_06_22_drive_0005_sync ends otherwise"},
     {"TruncatedPoints", "colmap", [](const fs::path& d) { truncate(d / kSparse / "points3D.bin"); },
      "points3D.bin", true},
     {"TruncatedImages", "colmap", [](const fs::path& d) { truncate(d / kSparse / "images.bin"); },

@@ -130,17 +130,15 @@ std::optional<double> SingleImages::bound_of(const Image& image) const {
          static_cast<double>(image.num_facts);
 }
 
-/// The share of unlike patches of all pairs with an image, of its own time and of others.
-double SingleImages::share_of_all(const Image& image) const {
-  Count all;
+/// Unlike patches of all pairs with an image, of its own time and of others: one that is of another place has part in
+/// all that it spoils, and what it spoils in less.
+std::int64_t SingleImages::num_unlike_of_all(const Image& image) const {
+  std::int64_t num = 0;
   for (const int is_same_time : {0, 1})
     if (const auto links = links_.find({image.key[0], image.key[1], is_same_time});
         links != links_.end())
-      for (const auto& [other, count] : links->second) {
-        all.unlike += count.unlike;
-        all.all += count.all;
-      }
-  return all.share();
+      for (const auto& [other, count] : links->second) num += count.unlike;
+  return num;
 }
 
 CheckResult SingleImages::unlike_result() const {
@@ -154,15 +152,15 @@ CheckResult SingleImages::unlike_result() const {
   std::stable_sort(images.begin(), images.end(), [](const Image* a, const Image* b) {
     return a->patches.share() > b->patches.share();
   });
-  // Of several beyond their bounds it is that which is unlike most others: it spoils what shares pairs with it.
-  double most_used = -1.0, most_blamed = 0.0;
+  double most_used = -1.0;
+  std::int64_t most_blamed = 0;
   for (const Image* image : images) {
     const double share = image->patches.share();
     if (most_used >= 0.0 && share <= kMoreAtLeast) break;
     const std::optional<double> bound = bound_of(*image);
     if (!bound) continue;
     const double used = share / *bound;
-    const double blamed = used > 1.0 ? share_of_all(*image) : 0.0;
+    const std::int64_t blamed = used > 1.0 ? num_unlike_of_all(*image) : 0;
     if (std::pair(blamed, used) <= std::pair(most_blamed, most_used)) continue;
     most_used = used;
     most_blamed = blamed;

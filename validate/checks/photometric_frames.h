@@ -51,7 +51,7 @@ class SingleImages {
   void sort_images();
   double typical_share(const Image& image) const;
   std::optional<double> bound_of(const Image& image) const;
-  double share_of_all(const Image& image) const;
+  std::int64_t num_unlike_of_all(const Image& image) const;
   CheckResult unlike_result() const;
   CheckResult shift_result() const;
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/stop.h"
 #include "validate/checks/checker.h"
 #include "validate/colmap/features.h"
 #include "validate/colmap/matches.h"
@@ -363,17 +364,20 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
   if (covisible_pairs(job).empty()) return all_unseen(kNoPairs);
   const MatchedDatabase database = matched_database(job);
   const VerifiedMatches matches = read_matches(database.file);
-  if (!can_begin(job, matches))
-    return all_unseen(
-        "no two images have 100 matches that they see under 4 degrees and aside: there is none to "
-        "begin with");
   CheckResult registered = colmap_result("colmap_free_registered", 1.0, 0.99, "share (at least)");
   registered.is_lower_bound = true;
   std::vector<WorstOfSeeds> worst(kFigures.begin(), kFigures.end());
   CheckResult::Plot positions;
   std::string lines;
   for (int seed = 0; seed < job.num_seeds; ++seed) {
-    const std::optional<Outcome> made = reconstruct(job, database, matches, seed);
+    std::optional<Outcome> made;
+    try {
+      made = reconstruct(job, database, matches, seed);
+    } catch (const ColmapFailure&) {
+      // The program ends with an error where it finds no two images to begin with.
+      if (can_begin(job, matches)) throw;
+      core::throw_if_stop_asked();
+    }
     if (!made)
       return all_unseen(fmt::format("COLMAP found no two images to begin with (seed {})", seed));
     const Outcome& outcome = *made;
