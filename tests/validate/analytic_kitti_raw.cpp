@@ -96,7 +96,7 @@ std::string packet(const Said& said, std::size_t f) {
          row_of(Vector3d(velocity.y(), velocity.x(), velocity_level.x())) +
          fmt::format(" {:.15g} {:.15g}", velocity_level.y(), velocity.z()) + row_of(force) +
          row_of(Vector3d(level_from_body * force)) + row_of(rate) +
-         row_of(Vector3d(level_from_body * rate)) + " 0.05 0.02 -1 -1 -1 -1 -1\n";
+         row_of(Vector3d(level_from_body * rate)) + " 0.000001000 0.000000001 -1 -1 -1 -1 -1\n";
 }
 
 }  // namespace
