@@ -262,32 +262,6 @@ void add_steps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   hypotheses.push_back(std::move(h));
 }
 
-/// Depth whose ends before the sky are ramps: nearly all of them, and many, since thin plants before the sky end so too.
-void add_blur(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  DepthEdges edges;
-  for (const int c : cameras_with_depth(symptoms.trial))
-    for (int f = 0; f < symptoms.trial.num_frames(); ++f)
-      edges.add(find_edges(symptoms.trial.image(c, f).depth));
-  const double share = edges.ends.share_of_ramps().value_or(0.0);
-  constexpr double kNearlyAll = 0.955;
-  constexpr int kMany = 200;
-  if (share < kNearlyAll || edges.ends.num_edges < kMany) return;
-  Hypothesis h;
-  h.checks = {"reprojection", "flow", "stereo", "structure"};
-  h.rank = 1;
-  h.marks = kLost;
-  h.undo = [share](Trial&, Cause& cause) {
-    cause.name = "depth_blurred";
-    cause.explains = kUnfitDepth;
-    cause.explains.insert(cause.explains.end(), kUnfitClass.begin(), kUnfitClass.end());
-    cause.words = fmt::format(
-        "depth is blurred, or made of mixed pixels: {:.0f} % of its ends before the sky are ramps",
-        100.0 * share);
-    return true;
-  };
-  hypotheses.push_back(std::move(h));
-}
-
 /// Bytes in another order.
 core::ImageF with_other_bytes(const Trial& trial, const Camera& camera, int frame) {
   const std::string& path = camera.files[static_cast<std::size_t>(frame)].depth;
@@ -444,7 +418,6 @@ void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypoth
   if (symptoms.fails("depth")) {
     add_steps(symptoms, hypotheses);
     add_limits(symptoms, hypotheses);
-    add_blur(symptoms, hypotheses);
   }
   // Depths that are wrong by far share no places, so that reprojection shows nothing. What is
   // mirrored agrees with itself where the camera moves in the mirror's plane.

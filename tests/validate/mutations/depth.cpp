@@ -91,25 +91,6 @@ void add_depth_mutations(std::vector<Mutation>& list) {
         });
       },
       says({"depth is rounded to 16-bit floats"}, 11.0, 0.0));
-  add_in_one(
-      "DepthBlurred", kAll,
-      [](const RightDataset& d, const fs::path& folder) {
-        // The numbers of the file, by the binomial filter of five pixels both ways; the sky's among them.
-        static constexpr double kWeights[] = {1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
-        write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
-          const auto& depth = d.recording.depth[c][f];
-          double sum = 0.0;
-          for (int dy = -2; dy <= 2; ++dy)
-            for (int dx = -2; dx <= 2; ++dx) {
-              const double m = depth(std::clamp(x + dx, 0, depth.width() - 1),
-                                     std::clamp(y + dy, 0, depth.height() - 1));
-              sum += kWeights[dx + 2] * kWeights[dy + 2] *
-                     (std::isfinite(m) ? m : static_cast<double>(sky_of(d)));
-            }
-          return sum;
-        });
-      },
-      says({"depth is blurred"}));
   add(
       "DepthOffset", kAll,
       [](const RightDataset& d, const fs::path& folder) {
