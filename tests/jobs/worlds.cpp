@@ -84,12 +84,15 @@ std::vector<JobWorld> make_worlds() {
   const auto at_height = [](const std::string& keys) {
     return "vertical_datum = \"ellipsoid\"\nheight_m = 120.0\n" + keys;
   };
+  // Its relief takes minutes of tiles.
+  JobWorld rough_hills = bare("rough_hills", 28.0, 86.5, fractal(700.0));
+  rough_hills.is_formula = false;
   return {
       bare("plane", 0.1, 0.1, elevation("plane", at_height(""))),
       bare("ramp", -33.0, 151.0, elevation("ramp", at_height("slope = 0.22\n"))),
       bare("bowl", 64.0, -21.0, elevation("paraboloid", at_height("curvature_per_m = 0.0003\n"))),
       bare("hills", 46.0, 7.0, fractal(150.0)),
-      bare("rough_hills", 28.0, 86.5, fractal(700.0)),
+      rough_hills,
       bare("smooth_hills", 5.0, 100.0, "detail_roughness = 0.0\n" + fractal(60.0)),
       landform("coast", 1, 43.0, false),
       landform("coast", 2, 60.0, false),

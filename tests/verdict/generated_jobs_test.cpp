@@ -34,7 +34,7 @@ std::uint64_t first_seed() {
 
 std::size_t num_jobs() {
   const char* count = std::getenv("TERRACAST_JOBS_COUNT");
-  return count == nullptr ? 30 : std::stoull(count);
+  return count == nullptr ? 6 : std::stoull(count);
 }
 
 /// What a report says is wrong, and what it has not seen.
