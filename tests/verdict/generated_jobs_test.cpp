@@ -137,7 +137,7 @@ TEST(GeneratedJobs, ThatAreSpoiltAreCalledWrong) {
     while (!list[index].corrupt(spoilt, job.seed)) index = (index + 1) % list.size();
     list_files_again(spoilt);
     const ProgramResult run = run_program(
-        {"validate", spoilt.string(), "--out", (scratch / "report").string(), "--quiet"});
+        {"validate", spoilt.string(), "--report", (scratch / "report").string(), "--quiet"});
     ASSERT_TRUE(run.status == 0 || run.status == 1) << list[index].name << run.output;
     const Verdict verdict(scratch / "report");
     if (!verdict.is_ok) {
