@@ -108,7 +108,7 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
     if (layer.kind != "land_cover") continue;
     (layer.source == "derived" ? has_derived_cover : has_mapped_cover) = true;
   }
-  // Of both together nothing says which snow is whose.
+  // With both, a place does not say whether its snow was mapped or derived.
   climate.has_mapped_ice = has_mapped_cover && !has_derived_cover;
   climate.snow_line_m = world::snow_line_m(store.manifest().origin.lat_deg);
   climate.tree_line_m = world::tree_line_m(store.manifest().origin.lat_deg);

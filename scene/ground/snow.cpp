@@ -92,7 +92,7 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const S
     lay(bare, 0.8f * debris, 0.215f, 0.200f, 0.180f);
     lay(color, ice.share, bare);
 
-    // Where it flows over steps it breaks: slits with blue walls, across the slope.
+    // Crevasses: narrow slits with blue walls, across the slope.
     const float open =
         ramp((g.steepness[i] - 0.12f) * 10.0f) * (1.0f - ramp((g.steepness[i] - 0.55f) * 8.0f));
     const float slit = mix(1.0f - smaller(absolute(n.crevasses.value[i]) * kSlitsOverRms, 1.0f),

@@ -24,7 +24,7 @@ struct GeneratedJob {
   std::vector<std::string> keys, values;
 };
 
-/// What jobs may be.
+/// Which jobs may be drawn.
 struct JobChoice {
   bool has_data =
       false;  ///< whether worlds of outside data may be drawn; the jobs of other worlds are the same either way

@@ -115,7 +115,7 @@ struct ColmapMistake {
   std::function<SaidPose(std::size_t c, std::size_t f)> written_pose = {};
   /// The place that is written of a point; its observations stay right.
   std::function<Eigen::Vector3d(const Eigen::Vector3d&)> written_point = {};
-  /// What is written of a pose: camera from world, as COLMAP has it.
+  /// The pose as it is written: camera from world, COLMAP's convention.
   std::function<void(Eigen::Quaterniond&, Eigen::Vector3d&)> raw_pose = {};
   /// Size and parameters (fx, fy, cx, cy) of a camera.
   std::function<void(int& width, int& height, std::array<double, 4>&)> written_camera = {};
