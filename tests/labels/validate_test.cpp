@@ -162,7 +162,12 @@ TEST_F(LabelledDatasets, MistakesOfKittiObjectAreNamed) {
   expect_found("kitti_object", label, replaced(" ", "  "), {"single blanks"});
   expect_found("kitti_object", calib, replaced("R0_rect: ", "R0_rect: 1"), {"no rotation"});
   expect_found("kitti_object", calib, replaced("R0_rect", "R_rect"), {"none of the format's keys"});
-  expect_found("kitti_object", calib, replaced("P2: ", "P2: 1"),
+  expect_found("kitti_object", calib, replaced("P2: ", "P2: 1"), {"P0 is not P2"});
+  expect_found("kitti_object", calib,
+               [](std::string& text) {
+                 for (const char* matrix : {"P0: ", "P1: ", "P2: ", "P3: "})
+                   replaced(matrix, std::string(matrix) + "1")(text);
+               },
                {"calib/000000.txt", "camera matrix"});
 }
 

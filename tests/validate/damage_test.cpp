@@ -252,7 +252,9 @@ const Damage kDamages[] = {
      [](const fs::path& d) { fs::remove(d / kDrive / "oxts/data/0000000001.txt"); },
      "oxts/data/0000000001.txt: missing", true},
     {"PacketOf29Numbers", "kitti_raw",
-     [](const fs::path& d) { replace(d / kDrive / "oxts/data/0000000001.txt", " 0.05 ", " "); },
+     [](const fs::path& d) {
+       replace(d / kDrive / "oxts/data/0000000001.txt", " 0.000001000 ", " ");
+     },
      "29 numbers where 30 should be", true},
     {"PacketNowhere", "kitti_raw",
      [](const fs::path& d) { replace(d / kDrive / "oxts/data/0000000002.txt", "42.", "942."); },

@@ -124,16 +124,18 @@ struct Kind {
   const char* name;  ///< of the cause
   Take take;
   double (*disagreement)(const Trial&);
-  double most;  ///< of frames that stand where they belong
+  double least;  ///< of frames that may stand elsewhere
+  double most;   ///< of frames that stand where they belong, whatever else is wrong with them
   std::vector<std::string_view> checks;
 };
-const Kind kColors = {"colours",          "color_order", take_color,
-                      color_disagreement, 0.5,           {"photometric", "stereo"}};
+const Kind kColors = {
+    "colours", "color_order", take_color, color_disagreement, 0.5, 0.5, {"photometric", "stereo"}};
 const Kind kDepths = {
     "depths",
     "depth_order",
     take_depth,
     depth_disagreement,
+    0.002,  // as `reprojection` allows
     0.05,
     {"reprojection", "flow", "stereo", "photometric", "segmentation", "colmap_point_depths"}};
 
@@ -192,7 +194,7 @@ bool do_neighbours_agree(const Trial& trial, int camera, const Kind& kind) {
     for (const int frame : {a, a + 1})
       two.images.push_back(
           {trial.images[static_cast<std::size_t>(frame)][static_cast<std::size_t>(camera)]});
-    if (kind.disagreement(two) > kind.most) return false;
+    if (kind.disagreement(two) > kind.least) return false;
   }
   return true;
 }

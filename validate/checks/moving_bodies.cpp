@@ -39,34 +39,51 @@ std::vector<int> owners_of(const Moving& moving) {
   return owners;
 }
 
-/// Whether a thing may ride the ground, by what is said of its motion alone: no acceleration has a part along a
-/// direction near the vertical. Up is that of the world, which is known to a degree. What flies level is so too.
+/// The directions in which a thing accelerates, as columns, if it may ride the ground: by what is said of its motion
+/// alone, no acceleration has a part along a direction near the vertical. Up is that of the world, which is known to a
+/// degree. What flies level is so too.
 ///
 /// Vertical velocities and turn rates of what rides are differences over 0.1 s, and it is said not to accelerate up or
 /// down: between the kinks of the ground that is not how its places move.
-bool rides_the_ground(const std::vector<std::optional<StatedMotion>>& motions) {
+/// returns   nothing where it does accelerate up or down
+std::optional<Eigen::MatrixXd> directions_of_rider(
+    const std::vector<std::optional<StatedMotion>>& motions) {
   constexpr double kNone = 1e-10;          // of accelerations
   constexpr double kNearVertical = 0.999;  // cosine of 2.6 degrees
   std::vector<const StatedMotion*> stated;
-  std::vector<double> frames;
-  for (std::size_t i = 0; i < motions.size(); ++i)
-    if (motions[i]) {
-      stated.push_back(&*motions[i]);
-      frames.push_back(static_cast<double>(i));
-    }
-  if (stated.empty()) return false;
+  for (const auto& motion : motions)
+    if (motion) stated.push_back(&*motion);
+  if (stated.empty()) return std::nullopt;
   Eigen::MatrixX3d accelerations(static_cast<Eigen::Index>(stated.size()), 3);
   for (std::size_t i = 0; i < stated.size(); ++i)
     accelerations.row(static_cast<Eigen::Index>(i)) = stated[i]->acceleration_mps2;
-  // The directions in which it does accelerate are taken off up.
   const Eigen::JacobiSVD<Eigen::MatrixX3d> parts(accelerations, Eigen::ComputeFullV);
   const double least =
       kNone * (std::sqrt(static_cast<double>(stated.size())) + parts.singularValues()[0]);
+  Eigen::MatrixXd directions(3, 0);
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  for (Eigen::Index k = 0; k < parts.singularValues().size(); ++k)
-    if (!(parts.singularValues()[k] <= least))
-      up -= parts.matrixV().col(k).z() * parts.matrixV().col(k);
-  return up.norm() > kNearVertical;
+  for (Eigen::Index k = 0; k < parts.singularValues().size(); ++k) {
+    if (parts.singularValues()[k] <= least) continue;
+    directions.conservativeResize(Eigen::NoChange, directions.cols() + 1);
+    directions.rightCols<1>() = parts.matrixV().col(k);
+    // What is left of up is across all of them.
+    up -= parts.matrixV().col(k).z() * parts.matrixV().col(k);
+  }
+  if (up.norm() <= kNearVertical) return std::nullopt;
+  return directions;
+}
+
+/// What a motion is along some directions.
+std::vector<std::optional<StatedMotion>> along(std::vector<std::optional<StatedMotion>> motions,
+                                               const Eigen::MatrixXd& directions) {
+  const Eigen::Matrix3d part = directions * directions.transpose();
+  for (auto& motion : motions)
+    if (motion) {
+      motion->local_from_body.translation = part * motion->local_from_body.translation;
+      motion->velocity_mps = part * motion->velocity_mps;
+      motion->acceleration_mps2 = part * motion->acceleration_mps2;
+    }
+  return motions;
 }
 
 /// Numbers, names, models and classes of parts are their things', and things are numbered in their order.
@@ -221,9 +238,11 @@ class MovingBodiesChecker : public Checker {
         if (const MovingState* state =
                 moving.state(static_cast<int>(frame), static_cast<int>(i) + 1))
           body[frame] = stated_motion(*state);
-      if (rides_the_ground(body)) {
+      const std::optional<Eigen::MatrixXd> directions = directions_of_rider(body);
+      if (directions) {
         ++num_riding;
-        continue;
+        if (directions->cols() == 0) continue;
+        body = along(std::move(body), *directions);
       }
       const std::vector<CheckResult> own = {
           motion_result(body, step_s, kVelocity, 0.01 * typical_speed_mps(body),
@@ -236,7 +255,8 @@ class MovingBodiesChecker : public Checker {
                          "Changes of velocity between frames against the mean of their "
                          "accelerations; the worst body.",
                          kHalf, "0.1 m/s^2"}),
-          !is_slow_turn(body, step_s)
+          directions ? unseen_result("moving_turn_rate", moving.names[i] + " may ride the ground")
+          : !is_slow_turn(body, step_s)
               ? unseen_result("moving_turn_rate", moving.names[i] + " turns too fast to tell")
               : motion_result(
                     body, step_s, kTurnRate, radians_from_degrees(1.0),
@@ -256,13 +276,15 @@ class MovingBodiesChecker : public Checker {
       for (const char* name : {"moving_velocity", "moving_acceleration", "moving_turn_rate"})
         worst.push_back(unseen_result(
             name, num_riding > 0
-                      ? "all that moves rides the ground, or goes level: vertical velocities and "
-                        "turn rates of what rides are means over 0.1 s"
+                      ? "all that moves rides the ground, or goes level, and at one speed straight "
+                        "on: vertical velocities and turn rates of what rides are means over 0.1 s"
                       : "nothing moves but parts of what is not there"));
     else if (num_riding > 0)
       for (CheckResult& result : worst)
-        result.summary +=
-            fmt::format(" {} that ride the ground, or go level, are left out.", num_riding);
+        result.summary += fmt::format(
+            " Of {} that ride the ground, or go level, only what is along the directions in "
+            "which they accelerate.",
+            num_riding);
     return worst;
   }
 
