@@ -299,7 +299,7 @@ format = "colmap"
     if (check.at("name").string() == "colmap/depth_unit") prominence = check.at("value").number();
   }
   EXPECT_EQ(failed, (std::set<std::string>{"colmap/colmap_reprojection", "colmap/colmap_points",
-                                           "colmap/colmap_track_length", "colmap/colmap_depth"}));
+                                           "colmap/colmap_depth"}));
   EXPECT_LT(prominence, 0.1);  // of a bound of 0.3
 }
 

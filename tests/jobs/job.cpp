@@ -264,7 +264,8 @@ std::vector<std::string> draw_exports(Draws draws, const std::vector<JobRig>& ri
     }
     if (rig.is_rectified_pair && !rig.has_rolling_shutter && !has_object && draws.chance(0.6)) {
       has_object = true;
-      add("kitti_object", of_rig + "camera = \"left\"\n" + belief);
+      // Its files state rectified cameras as they are: none that are believed elsewhere.
+      add("kitti_object", of_rig + "camera = \"left\"\n" + (rig.has_errors ? "" : belief));
     }
     if (rig.has_lenses_of_colmap && !has_coco && draws.chance(0.5)) {
       has_coco = true;

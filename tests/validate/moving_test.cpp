@@ -138,16 +138,34 @@ CheckResult motion_of(const std::string& name,
   return result_of("moving_bodies", name, sequence, none, none);
 }
 
-TEST(MovingMotion, WhatRidesTheGroundIsLeftOut) {
+TEST(MovingMotion, OfWhatRidesTheGroundTheMotionAlongItIsJudged) {
   const auto rides = waves(0.5, true), flies = waves(0.5, false);
+  for (const char* name : {"moving_velocity", "moving_acceleration", "moving_turn_rate"}) {
+    const bool is_turn = std::string(name) == "moving_turn_rate";
+    const CheckResult alone = motion_of(name, {rides});
+    EXPECT_EQ(alone.is_unseen, is_turn) << name << ": " << alone.worst;
+    EXPECT_TRUE(alone.ok) << name << ": " << alone.value;
+    const CheckResult both = motion_of(name, {rides, flies});
+    EXPECT_FALSE(both.skipped) << name << ": " << both.worst;
+    EXPECT_TRUE(both.ok) << name << ": " << both.value;
+    EXPECT_NE(both.summary.find("Of 1 that ride"), std::string::npos) << both.summary;
+  }
+  std::vector<MovingState> wrong = rides;
+  for (MovingState& state : wrong) state.motion.velocity_mps.x() *= 1.002;
+  EXPECT_FALSE(motion_of("moving_velocity", {wrong}).ok);
+}
+
+TEST(MovingMotion, WhatRidesAtOneSpeedStraightOnIsLeftOut) {
+  std::vector<MovingState> rides = waves(0.5, true);
+  for (std::size_t i = 0; i < rides.size(); ++i) {
+    rides[i].local_from_body.translation.x() = 10.0 * kStep_s * static_cast<double>(i);
+    rides[i].motion.velocity_mps.x() = 10.0;
+    rides[i].motion.acceleration_mps2.x() = 0.0;
+  }
   for (const char* name : {"moving_velocity", "moving_acceleration", "moving_turn_rate"}) {
     const CheckResult alone = motion_of(name, {rides});
     EXPECT_TRUE(alone.is_unseen && alone.ok) << name;
     EXPECT_NE(alone.worst.find("rides the ground"), std::string::npos) << alone.worst;
-    const CheckResult both = motion_of(name, {rides, flies});
-    EXPECT_FALSE(both.skipped) << name << ": " << both.worst;
-    EXPECT_TRUE(both.ok) << name << ": " << both.value;
-    EXPECT_NE(both.summary.find("1 that ride"), std::string::npos) << both.summary;
   }
 }
 

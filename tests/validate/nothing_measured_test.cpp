@@ -125,7 +125,7 @@ TEST(NothingMeasured, ColmapModelsOfFewPointsAreNotJudgedByTheirNumber) {
   points = points_of(150);
   EXPECT_TRUE(points.ok && !points.skipped && !points.is_unseen);
   EXPECT_EQ(points.worst, "");
-  EXPECT_FALSE(finish("colmap_model", sequence).at("colmap_track_length").skipped);
+  EXPECT_TRUE(finish("colmap_model", sequence).at("colmap_complete_tracks").is_unseen);
 }
 
 /// Two frames of which the second looks the other way, with flow of one value and masks.

@@ -297,7 +297,7 @@ const Case kCases[] = {
      "colmap",
      {.colmap = {.is_last_image_without_frame = true}},
      {"colmap_frames"}},
-    {"ColmapShortTracks", "colmap", {.colmap = {.most_images = 2}}, {"colmap_track_length"}},
+    {"ColmapShortTracks", "colmap", {.colmap = {.most_images = 2}}, {"colmap_complete_tracks"}},
     {"ColmapPointsUnderGround",
      "colmap",
      {.colmap = {.point_depth_relative = 0.03}},

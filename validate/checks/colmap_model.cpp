@@ -331,9 +331,6 @@ class ColmapModelChecker : public Checker {
         "colmap_frames", frames, "Every image stands in exactly one frame, with its own camera.",
         "COLMAP refuses to load other models.", "one image without frame"));
 
-    double num_tracked = 0.0;
-    for (const auto& [id, point] : binary.points)
-      num_tracked += static_cast<double>(point.track.size());
     CheckResult points;
     points.name = "colmap_points";
     points.value = static_cast<double>(binary.points.size());
@@ -357,19 +354,8 @@ class ColmapModelChecker : public Checker {
         "50 an image leave room above the 30 inliers without which COLMAP registers none; 2000 "
         "cover a longer sequence.";
     points.detects = "a model without points; fewer than the bound are told, not judged";
-    results.push_back(points);
-    points.name = "colmap_track_length";
-    points.skipped = points.is_unseen = false;
-    points.worst.clear();
-    points.value =
-        binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
-    points.bound = 3.0;
-    points.unit = "images (at least)";
-    points.ok = points.is_within_bound();
-    points.summary = "Mean number of images that see a point.";
-    points.reason = "Two views give no redundancy.";
-    points.detects = "tracks of two images";
     results.push_back(std::move(points));
+    results.push_back(complete_tracks_result(binary));
 
     const Seen seen = sum_of_seen();
     CheckResult depth;
@@ -440,6 +426,32 @@ class ColmapModelChecker : public Checker {
   }
 
  private:
+  /// Whether images that show a point stand in its track. How many do is the flight's: short ones have short tracks.
+  CheckResult complete_tracks_result(const ColmapModel& model) const {
+    CheckResult tracks;
+    tracks.name = "colmap_complete_tracks";
+    if (model.points.empty()) return unseen_result(tracks.name, "the model has no points");
+    if (num_looked_ == 0)
+      return unseen_result(tracks.name, "no depth map tells which images show a point");
+    std::size_t num_entries = 0;
+    for (const auto& [id, point] : model.points) num_entries += point.track.size();
+    tracks.value = static_cast<double>(num_looked_) /
+                   static_cast<double>(num_looked_ + num_shown_beside_tracks_);
+    tracks.bound = 0.9;
+    tracks.is_lower_bound = true;
+    tracks.unit = "share (at least)";
+    tracks.ok = tracks.is_within_bound();
+    tracks.summary = fmt::format(
+        "Of all images that show a point by the depths around its projection, the share that its "
+        "track has. Tracks have {:.3g} images in the mean.",
+        static_cast<double>(num_entries) / static_cast<double>(model.points.size()));
+    tracks.reason =
+        "Tracks have every image that a ray reaches the point from; depths interpolated between "
+        "pixels may show one that is just hidden.";
+    tracks.detects = "two images of each nine left out; tracks cut to two images";
+    return tracks;
+  }
+
   static CheckResult errors_result(const ColmapModel& model, const Reprojection& found) {
     if (found.by_one_pose.empty())
       return unseen_result("colmap_errors", "no image of a rolling shutter sees a point");
@@ -460,7 +472,27 @@ class ColmapModelChecker : public Checker {
     return errors;
   }
 
+  /// Points that an image's depths show, and its observations leave out.
+  void count_shown(const View& view, const ColmapModel& model, const ColmapImage& image) {
+    if (view.image->depth.empty()) return;
+    std::set<std::int64_t> observed;
+    for (const ColmapObservation& seen : image.observations) observed.insert(seen.point_id);
+    for (const auto& [id, point] : model.points) {
+      if (observed.contains(id)) continue;
+      const Eigen::Vector3d position(point.position[0], point.position[1], point.position[2]);
+      const auto place = Transfer::of_local_point(view, position);
+      if (!place || !(place->distance_b_m > 0.0) || !view.camera->intrinsics.contains(place->pixel))
+        continue;
+      const auto depth = sample_inverse_depth(view.image->depth, place->pixel);
+      constexpr double kOnTheSurface = 1e-3;
+      if (depth && depth->roughness < kResolvedRoughness &&
+          std::abs(depth->inverse_depth.value * place->distance_b_m - 1.0) < kOnTheSurface)
+        ++num_shown_beside_tracks_;
+    }
+  }
+
   void look(const View& view, const ColmapModel& model, const ColmapImage& image) {
+    count_shown(view, model, image);
     for (const ColmapObservation& seen : image.observations) {
       const auto found = model.points.find(seen.point_id);
       if (found == model.points.end()) continue;
@@ -528,6 +560,7 @@ class ColmapModelChecker : public Checker {
 
   std::map<std::string, std::int64_t> by_name_;
   std::int64_t num_looked_ = 0;
+  std::int64_t num_shown_beside_tracks_ = 0;
   std::map<std::int64_t, PointSeen> seen_;  ///< by point
   std::vector<double> depth_residuals_;
   std::map<std::int64_t, double> least_color_difference_;

@@ -75,6 +75,9 @@ Agreement agreement_of(const std::vector<std::optional<StatedMotion>>& motions, 
   return agreement;
 }
 
+/// Frames in a row of which fourth differences can be told.
+constexpr std::size_t kEnoughFrames = 5;
+
 /// Whether frames follow each other fast enough to tell what moves between them, by the places alone and by no more
 /// than what the turn rates add: a body that turns by more than half a turn from frame to frame, and goes farther than
 /// its places are apart, may stand anywhere in between.
@@ -127,11 +130,12 @@ CheckResult motion_result(const std::vector<std::optional<StatedMotion>>& motion
   const double curvature = agreement.curvature / unit;
   // What the motion does between frames grows with the step, fourfold and more, until a step holds a
   // whole turn of it; a mistake does not. Residuals of a right dataset are a third of what they grow
-  // by, or of the changes in a step.
+  // by, or of the changes in a step; of a few frames, which do not tell whether they follow the motion, up to as much.
+  const double share = motions.size() < kEnoughFrames ? 2.0 : 0.5;
   result.skipped = result.is_unseen =
       !result.is_within_bound() &&
       ((curvature > result.bound &&
-        result.value <= 0.5 * std::max(curvature, agreement.variation / unit)) ||
+        result.value <= share * std::max(curvature, agreement.variation / unit)) ||
        !is_resolved(motions, step_s));
   result.ok = result.skipped || result.is_within_bound();
   result.worst =
