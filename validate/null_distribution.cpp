@@ -116,4 +116,55 @@ void Estimates::judge(CheckResult& result) const {
   result.skipped = result.is_unseen;
 }
 
+namespace {
+
+/// The share of which more than `count` of so many points are found in 99 of 100 cases.
+double smallest_share(std::int64_t count, std::int64_t total) {
+  if (count >= total) return kInfinite;
+  double low = 0.0, high = 1.0;
+  constexpr int kHalvings = 40;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (binomial_tail(count + 1, total, middle) < 1.0 - 0.5 * kMissed ? low : high) = middle;
+  }
+  return high;
+}
+
+}  // namespace
+
+std::int64_t PointShares::num_points() const {
+  std::int64_t sum = 0;
+  for (const ShareOfPoints& part : parts_) sum += part.num_points;
+  return sum;
+}
+
+void PointShares::judge(CheckResult& result) const {
+  const double probability =
+      kFalseVerdict / static_cast<double>(std::max<std::size_t>(parts_.size(), 1));
+  double most_used = -1.0, least = kInfinite, most = 0.0;
+  result.unit = "share";
+  result.probability = 1.0;
+  for (const ShareOfPoints& part : parts_) {
+    const auto total = static_cast<double>(std::max<std::int64_t>(part.num_points, 1));
+    const std::int64_t count = binomial_quantile(probability, part.num_points, allowance_);
+    const double tail = binomial_tail(part.num_wrong, part.num_points, allowance_);
+    result.probability = std::min(*result.probability, static_cast<double>(parts_.size()) * tail);
+    const double size = smallest_share(count, part.num_points);
+    least = std::min(least, size);
+    if (size <= worth_finding_) most = std::max(most, size);
+    const double value = static_cast<double>(part.num_wrong) / total;
+    const double bound = static_cast<double>(count) / total;
+    const double used = share_of_bound(value, bound, false);
+    if (used <= most_used) continue;
+    most_used = used;
+    result.value = value;
+    result.bound = bound;
+    result.worst = fmt::format("{}: {} of {} points", part.where, part.num_wrong, part.num_points);
+  }
+  result.ok = most_used <= 1.0;
+  result.smallest = most > 0.0 ? most : least;
+  result.is_unseen = result.ok && !(most > 0.0);
+  result.skipped = result.is_unseen;
+}
+
 }  // namespace terracast::validate

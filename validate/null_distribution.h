@@ -62,4 +62,33 @@ class Estimates {
   std::vector<Estimate> estimates_;
 };
 
+/// Of points that were drawn at random, or all there are, those that contradict.
+struct ShareOfPoints {
+  std::int64_t num_wrong = 0;
+  std::int64_t num_points = 0;
+  std::string where;
+};
+
+/// PointShares of parts of a dataset, as its pairs of images, of which a right one's is an allowance at most: what slips
+/// between pixels. Few points may be more by chance.
+class PointShares {
+ public:
+  /// worth_finding   the smallest share that this kind of check is for: a part that could not tell it is not seen
+  PointShares(double allowance, double worth_finding)
+      : allowance_(allowance), worth_finding_(worth_finding) {}
+
+  void add(ShareOfPoints part) { parts_.push_back(std::move(part)); }
+
+  /// Sets value, bound, ok, probability, smallest, unit and worst by the part that is least probable; unseen where none
+  /// could tell what is worth finding, and none is beyond its bound.
+  void judge(CheckResult& result) const;
+  bool empty() const { return parts_.empty(); }
+  std::int64_t num_points() const;
+
+ private:
+  double allowance_;
+  double worth_finding_;
+  std::vector<ShareOfPoints> parts_;
+};
+
 }  // namespace terracast::validate

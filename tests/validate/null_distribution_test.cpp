@@ -166,5 +166,70 @@ TEST(JudgedEstimates, ThatCouldNotTellAreUnseen) {
   EXPECT_FALSE(result.is_unseen);
 }
 
+/// Of points that are wrong with a probability, those that are, drawn by seed.
+ShareOfPoints drawn_share(std::int64_t num_points, double share, std::uint64_t seed) {
+  ShareOfPoints part{0, num_points, "drawn"};
+  for (std::int64_t i = 0; i < num_points; ++i)
+    part.num_wrong += core::random_unit(seed, 5, static_cast<std::uint64_t>(i)) < share ? 1 : 0;
+  return part;
+}
+
+TEST(JudgedShares, FewPointsMayBeMoreByChanceAndManyNotBeyondWhatIsAllowed) {
+  struct Case {
+    std::int64_t num_wrong, num_points;
+    bool is_ok;
+  };
+  // Of 100 points three are no news at 2 %, as are six of ten thousand at 1e-5; of a million 3 % are.
+  for (const auto& [allowance, one] : {std::pair{0.02, Case{3, 100, true}},
+                                       {1e-5, Case{6, 10000, true}},
+                                       {0.02, Case{30000, 1000000, false}},
+                                       {0.02, Case{20000, 1000000, true}},
+                                       {0.02, Case{100, 100, false}}}) {
+    PointShares shares(allowance, 0.5);
+    shares.add({one.num_wrong, one.num_points, "a"});
+    CheckResult result;
+    shares.judge(result);
+    EXPECT_EQ(result.ok, one.is_ok) << one.num_wrong << " of " << one.num_points;
+    EXPECT_EQ(result.ok, binomial_tail(one.num_wrong, one.num_points, allowance) >= kFalseVerdict);
+    EXPECT_NEAR(*result.probability, binomial_tail(one.num_wrong, one.num_points, allowance),
+                1e-15);
+  }
+}
+
+TEST(JudgedShares, FindSharesOfTheSizeThatTheySay) {
+  for (const std::int64_t num_points : {60, 1000, 20000}) {
+    PointShares none(1e-3, 0.5);
+    none.add({0, num_points, "a"});
+    CheckResult result;
+    none.judge(result);
+    ASSERT_TRUE(result.ok && !result.is_unseen);
+    // Of 300 draws 297 are found in the mean, three standard errors less at least.
+    constexpr int kDraws = 300;
+    int num_found = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      PointShares shares(1e-3, 0.5);
+      shares.add(drawn_share(num_points, *result.smallest, static_cast<std::uint64_t>(draw)));
+      CheckResult found;
+      shares.judge(found);
+      num_found += found.ok ? 0 : 1;
+    }
+    EXPECT_GE(num_found, 0.97 * kDraws) << num_points;
+    EXPECT_LT(num_found, kDraws) << "the smallest one would do with less: " << num_points;
+  }
+}
+
+TEST(JudgedShares, ThatCouldNotTellAreUnseen) {
+  PointShares shares(0.02, 0.5);
+  shares.add({1, 4, "a"});
+  CheckResult result;
+  shares.judge(result);
+  EXPECT_TRUE(result.ok && result.is_unseen && result.skipped);
+  shares.add({90, 100, "b"});
+  shares.judge(result);
+  EXPECT_FALSE(result.ok);
+  EXPECT_EQ(result.worst, "b: 90 of 100 points");
+  EXPECT_EQ(shares.num_points(), 104);
+}
+
 }  // namespace
 }  // namespace terracast::validate

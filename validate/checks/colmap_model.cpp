@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
+#include "validate/null_distribution.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
@@ -247,9 +248,11 @@ void check_rigs(const ColmapModel& model, CheckResult& result, Contradictions& f
 
 class ColmapModelChecker : public Checker {
  public:
-  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+  void frame(const FrameWindow& window, const std::vector<ViewPair>& pairs) override {
     if (!window.sequence().binary_model) return;
     const ColmapModel& model = *window.sequence().binary_model;
+    if (model.points.empty())
+      for (const ViewPair& pair : pairs) do_images_share_ = do_images_share_ || do_share(pair);
     if (by_name_.empty())
       for (const auto& [id, image] : model.images) by_name_[image.name] = id;
     for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
@@ -276,7 +279,7 @@ class ColmapModelChecker : public Checker {
     observations.value = reprojection.worst_px;
     observations.bound = 1e-6;
     observations.unit = "px";
-    observations.ok = observations.value <= observations.bound && reprojection.num_observations > 0;
+    observations.ok = observations.is_within_bound() && reprojection.num_observations > 0;
     observations.worst = reprojection.worst;
     observations.summary = fmt::format(
         "Largest distance of {} observations (text and binary) from their point's projection.",
@@ -288,6 +291,15 @@ class ColmapModelChecker : public Checker {
     if (sequence.has_rolling_shutters())
       observations.summary +=
           " Of rolling shutters from where the line that sees the point shows it.";
+    const bool has_depth_maps =
+        std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
+          return std::any_of(camera.files.begin(), camera.files.end(),
+                             [](const FrameFiles& files) { return !files.depth.empty(); });
+        });
+    // Without points, though the depth maps show none that two images could share.
+    const bool is_without_points = binary.points.empty() && has_depth_maps && !do_images_share_;
+    const char* const kNoneShared = "no points, and no two images near each other share ground";
+    if (is_without_points) observations = unseen_result(observations.name, kNoneShared);
     results.push_back(std::move(observations));
     if (sequence.has_rolling_shutters()) results.push_back(errors_result(binary, of_binary));
 
@@ -354,23 +366,19 @@ class ColmapModelChecker : public Checker {
         "50 an image leave room above the 30 inliers without which COLMAP registers none; 2000 "
         "cover a longer sequence.";
     points.detects = "a model without points; fewer than the bound are told, not judged";
+    if (is_without_points) points = unseen_result(points.name, kNoneShared);
     results.push_back(std::move(points));
     results.push_back(complete_tracks_result(binary));
 
     const Seen seen = sum_of_seen();
     CheckResult depth;
     depth.name = "colmap_depth";
-    depth.value = static_cast<double>(seen.num_off) /
-                  static_cast<double>(std::max<std::int64_t>(seen.num_judged, 1));
-    depth.bound = 1e-3;
-    depth.unit = "share";
-    depth.ok = depth.value <= depth.bound && num_looked_ > 0;
-    depth.worst = seen.first_off;
-    const bool has_depth_maps =
-        std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
-          return std::any_of(camera.files.begin(), camera.files.end(),
-                             [](const FrameFiles& files) { return !files.depth.empty(); });
-        });
+    constexpr double kThinRidges = 1e-3, kBeside = 0.03;
+    PointShares shares(kThinRidges, kBeside);
+    shares.add({seen.num_off, seen.num_judged,
+                seen.first_off.empty() ? "all observations" : seen.first_off});
+    shares.judge(depth);
+    if (num_looked_ == 0) depth.ok = depth.skipped = depth.is_unseen = false;
     depth.summary = fmt::format(
         "Share of {} observations whose point stands over 1 % behind or before all 16 depths "
         "around its pixel. {} more are of points on what an image that shows them does not "
@@ -382,6 +390,7 @@ class ColmapModelChecker : public Checker {
     if (has_depth_maps && num_looked_ > 0 && seen.num_judged == 0)
       depth = unseen_result(depth.name, "all points lie on what no image resolves");
     depth.detects = "points seen through hills, points 3 % of the depth beside the surface";
+    if (is_without_points) depth = unseen_result(depth.name, kNoneShared);
     if (!has_depth_maps) depth = skipped_result(depth.name, "the dataset holds no depth maps");
     results.push_back(std::move(depth));
     CheckResult residual;
@@ -470,6 +479,30 @@ class ColmapModelChecker : public Checker {
     errors.detects =
         "an error of 0 where rolling shutters show a point elsewhere than one pose has it";
     return errors;
+  }
+
+  /// Whether two images show one place by their depths.
+  static bool do_share(const ViewPair& pair) {
+    if (pair.a.image->depth.empty() || pair.b.image->depth.empty()) return false;
+    const Transfer transfer(pair.a, pair.b);
+    const core::ImageF& depth = pair.a.image->depth;
+    constexpr int kPlaces = 24;  // along rows and columns
+    constexpr double kSame = 0.01;
+    for (int row = 0; row < kPlaces; ++row)
+      for (int column = 0; column < kPlaces; ++column) {
+        const int x = (2 * column + 1) * depth.width() / (2 * kPlaces);
+        const int y = (2 * row + 1) * depth.height() / (2 * kPlaces);
+        const auto depth_m = static_cast<double>(depth(x, y));
+        if (!std::isfinite(depth_m)) continue;
+        const auto place = transfer.point({x + 0.5, y + 0.5}, depth_m);
+        if (!place || !(place->distance_b_m > 0.0) ||
+            !pair.b.camera->intrinsics.contains(place->pixel))
+          continue;
+        const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
+        if (seen && std::abs(seen->inverse_depth.value * place->distance_b_m - 1.0) < kSame)
+          return true;
+      }
+    return false;
   }
 
   /// Points that an image's depths show, and its observations leave out.
@@ -561,6 +594,7 @@ class ColmapModelChecker : public Checker {
   std::map<std::string, std::int64_t> by_name_;
   std::int64_t num_looked_ = 0;
   std::int64_t num_shown_beside_tracks_ = 0;
+  bool do_images_share_ = false;            ///< looked for in a model without points
   std::map<std::int64_t, PointSeen> seen_;  ///< by point
   std::vector<double> depth_residuals_;
   std::map<std::int64_t, double> least_color_difference_;

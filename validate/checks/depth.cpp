@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
@@ -15,28 +16,36 @@ namespace {
 
 /// What one depth image shows.
 struct DepthMarks {
-  double pixels_per_value = 0.0;
-  double share_at_most = 0.0;  ///< pixels that hold exactly the greatest depth
+  double share_level = 0.0;    ///< pixels as deep, to the bit, as those to their right and below
+  double share_at_most = 0.0;  ///< of these, those that hold exactly the greatest depth
   std::optional<DepthSteps> steps;
 };
 
+/// Level ground is equally deep along a line of the image, across which it is not; what is cut or in steps has areas.
 std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
-  std::vector<float> values;
-  for (const float value : depth.data())
-    if (std::isfinite(value)) values.push_back(value);
-  constexpr std::size_t kEnough = 2000;
-  if (values.size() < kEnough) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const float most = values.back();
-  const auto count = static_cast<double>(values.size());
-  const auto num_most =
-      std::distance(std::lower_bound(values.begin(), values.end(), most), values.end());
-  const auto num_different =
-      std::distance(values.begin(), std::unique(values.begin(), values.end()));
+  float least = std::numeric_limits<float>::infinity(), most = -least;
+  std::int64_t count = 0, num_level = 0, num_at_most = 0;
+  for (const float value : depth.data()) {
+    if (!std::isfinite(value)) continue;
+    ++count;
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  constexpr std::int64_t kEnough = 2000;
+  if (count < kEnough) return std::nullopt;
   // One depth everywhere is level ground seen straight from above.
-  if (num_different == 1) return std::nullopt;
-  return DepthMarks{count / static_cast<double>(num_different),
-                    static_cast<double>(num_most) / count, find_steps(depth)};
+  if (least == most) return std::nullopt;
+  for (int y = 0; y + 1 < depth.height(); ++y)
+    for (int x = 0; x + 1 < depth.width(); ++x) {
+      const float value = depth(x, y);
+      if (!std::isfinite(value) || depth(x + 1, y) != value || depth(x, y + 1) != value) continue;
+      ++num_level;
+      num_at_most += value == most ? 1 : 0;
+    }
+  const auto share = [&](std::int64_t part) {
+    return static_cast<double>(part) / static_cast<double>(count);
+  };
+  return DepthMarks{share(num_level), share(num_at_most), find_steps(depth)};
 }
 
 class DepthChecker : public Checker {
@@ -60,7 +69,7 @@ class DepthChecker : public Checker {
     for (std::size_t camera = 0; camera < num_cameras; ++camera) {
       if (!marks[camera]) continue;
       if (marks[camera]->steps) shares_in_steps_.push_back(marks[camera]->steps->share);
-      pixels_per_value_.push_back(marks[camera]->pixels_per_value);
+      shares_level_.push_back(marks[camera]->share_level);
       share_at_most_.push_back(marks[camera]->share_at_most);
       if (marks[camera]->share_at_most < worst_share_ && !worst_place_.empty()) continue;
       worst_share_ = marks[camera]->share_at_most;
@@ -80,7 +89,7 @@ class DepthChecker : public Checker {
       return has_depth ? why : "the dataset holds no depth";
     };
     std::vector<CheckResult> results;
-    if (pixels_per_value_.empty()) {
+    if (shares_level_.empty()) {
       const char* why = why_none("no image has 2000 depths off level ground seen from above");
       results = {none("depth_levels", why), none("depth_limit", why)};
     } else {
@@ -96,13 +105,17 @@ class DepthChecker : public Checker {
   CheckResult levels_result() {
     CheckResult levels;
     levels.name = "depth_levels";
-    levels.value = median(pixels_per_value_);
-    levels.bound = 20.0;
-    levels.unit = "pixels";
+    levels.value = median(shares_level_);
+    levels.bound = 0.2;
+    levels.unit = "share";
     levels.ok = levels.is_within_bound();
     levels.summary =
-        "Pixels that share a depth, to the bit: pixels by different values, median of the images.";
-    levels.reason = "float32 tells depths of 100 m apart to 8 µm: nearly every pixel has its own.";
+        "Pixels as deep, to the bit, as those to their right and below: share of all with depth, "
+        "median of the images.";
+    levels.reason =
+        "float32 tells depths of 100 m apart to 8 µm; what is seen is not level in both "
+        "directions, "
+        "but straight from above.";
     levels.detects = "depth of 8 bits, or in steps of that size";
     return levels;
   }
@@ -116,8 +129,9 @@ class DepthChecker : public Checker {
     limit.ok = limit.is_within_bound();
     limit.worst = worst_place_;
     limit.summary =
-        "Pixels that hold exactly the greatest depth of their image, median of the images.";
-    limit.reason = "The farthest ground is one pixel.";
+        "Pixels that hold exactly the greatest depth of their image, as those to their right and "
+        "below do: share of all with depth, median of the images.";
+    limit.reason = "The farthest ground is a pixel, or a line of them.";
     limit.detects = "depth that is clipped; sky that is written as a depth";
     return limit;
   }
@@ -143,7 +157,7 @@ class DepthChecker : public Checker {
 
   ValidateOptions options_;
   std::vector<double> shares_in_steps_;
-  std::vector<double> pixels_per_value_, share_at_most_;
+  std::vector<double> shares_level_, share_at_most_;
   double worst_share_ = 0.0;
   std::string worst_place_;
 };

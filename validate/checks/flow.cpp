@@ -6,6 +6,7 @@
 #include "validate/checks/checker.h"
 #include "validate/evidence.h"
 #include "validate/flow_rules.h"
+#include "validate/null_distribution.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
@@ -281,12 +282,11 @@ class FlowChecker : public Checker {
 
     CheckResult masks;
     masks.name = "flow_masks";
-    masks.value = static_cast<double>(num_contradictions_) /
-                  static_cast<double>(std::max<std::int64_t>(num_masked_, 1));
-    masks.bound = 1e-5;
-    masks.unit = "share";
-    masks.ok = masks.value <= masks.bound;
-    masks.worst = first_contradiction_;
+    constexpr double kThin = 1e-5, kSwapped = 1e-2;
+    PointShares contradictions(kThin, kSwapped);
+    contradictions.add({num_contradictions_, std::max(num_masked_, num_contradictions_),
+                        first_contradiction_.empty() ? "all masks" : first_contradiction_});
+    contradictions.judge(masks);
     masks.summary = fmt::format(
         "{} contradictions in the masks of {} pixels: field-of-view masks are exact, co-visible "
         "pixels lie in the field of view, are "
@@ -295,16 +295,15 @@ class FlowChecker : public Checker {
         num_contradictions_, num_masked_, num_unresolved_);
     masks.reason =
         "A mask that claims too much teaches false matches. One pixel in 100 000 is left for "
-        "silhouettes thinner than a pixel.";
+        "silhouettes thinner than a pixel, and what few pixels may be more by chance.";
     masks.detects = "masks of the other direction, swapped masks, sky called visible";
 
     CheckResult unclaimed;
     unclaimed.name = "flow_covisible";
-    unclaimed.value = static_cast<double>(num_unclaimed_) /
-                      static_cast<double>(std::max<std::int64_t>(num_agreeing_, 1));
-    unclaimed.bound = 0.02;
-    unclaimed.unit = "share";
-    unclaimed.ok = unclaimed.value <= unclaimed.bound;
+    constexpr double kJustHidden = 0.02, kEmpty = 0.5;
+    PointShares shares(kJustHidden, kEmpty);
+    shares.add({num_unclaimed_, num_agreeing_, "all fields"});
+    shares.judge(unclaimed);
     unclaimed.summary = fmt::format(
         "Share of {} pixels whose depth agrees in both images, yet are not called co-visible. "
         "Those are asked whose surroundings in the other image are smooth.",

@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 #include "validate/flow_rules.h"
+#include "validate/null_distribution.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
@@ -293,26 +294,20 @@ class MovingChecker : public Checker {
   }
 
   CheckResult through_result(const Sequence& sequence) {
-    constexpr std::int64_t kEnough = 50;
     CheckResult result;
     result.name = "moving_see_through";
-    result.bound = 0.02;
-    result.unit = "share";
-    std::int64_t num_points = 0;
-    for (const auto& [body, sums] : bodies_) {
-      if (sums.num_surface < kEnough) continue;
-      num_points += sums.num_surface;
-      note_worst(result,
-                 static_cast<double>(sums.num_seen_through) / static_cast<double>(sums.num_surface),
-                 name_of(sequence, body));
-    }
-    if (num_points == 0)
-      return unseen_result(result.name, "no body shows 50 points of its inside in two frames");
-    result.ok = result.is_within_bound();
+    constexpr double kEdgeOn = 0.02, kWorthFinding = 0.5;
+    PointShares shares(kEdgeOn, kWorthFinding);
+    for (const auto& [body, sums] : bodies_)
+      if (sums.num_surface > 0)
+        shares.add({sums.num_seen_through, sums.num_surface, name_of(sequence, body)});
+    if (shares.empty())
+      return unseen_result(result.name, "no body shows points of its inside in two frames");
+    shares.judge(result);
     result.summary = fmt::format(
         "Share of the {} points inside of a body's pixels that the other image sees through, of "
         "the worst body: all 9 pixels around are over 1 % farther.",
-        num_points);
+        shares.num_points());
     result.reason =
         "Bodies are opaque; what is turned edge-on may slip between pixels. What is thinner than "
         "a pixel does so often, and is left out: points over 1 % nearer than their neighbours on "
@@ -326,10 +321,10 @@ class MovingChecker : public Checker {
     result.name = "moving_covisible";
     if (num_agreeing_ == 0)
       return unseen_result(result.name, "no depth of what moves agrees in both images of a pair");
-    result.value = static_cast<double>(num_unclaimed_) / static_cast<double>(num_agreeing_);
-    result.bound = 0.02;
-    result.unit = "share";
-    result.ok = result.is_within_bound();
+    constexpr double kJustHidden = 0.02, kWorthFinding = 0.5;
+    PointShares shares(kJustHidden, kWorthFinding);
+    shares.add({num_unclaimed_, num_agreeing_, "all that moves"});
+    shares.judge(result);
     result.summary = fmt::format(
         "Share of {} points of what moves whose depth agrees in both images, yet are not called "
         "co-visible.",

@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 #include "validate/evidence.h"
+#include "validate/null_distribution.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
@@ -194,12 +195,12 @@ class ReprojectionChecker : public Checker {
 
     CheckResult through;
     through.name = "reprojection_see_through";
-    through.value = static_cast<double>(num_seen_through_) /
-                    static_cast<double>(std::max<std::int64_t>(num_surface_, 1));
-    through.bound = 1e-3;
-    through.unit = "share";
-    through.ok = through.value <= through.bound;
-    through.worst = fmt::format("{}: {:.2g}", worst_through_pair_, worst_through_);
+    constexpr double kThinRidges = 1e-3, kWorthFinding = 0.02;
+    PointShares shares(kThinRidges, kWorthFinding);
+    shares.add({num_seen_through_, num_surface_,
+                fmt::format("{}, {:.2g} of its points; of all pairs", worst_through_pair_,
+                            worst_through_)});
+    shares.judge(through);
     through.summary = fmt::format(
         "Share of {} points that the other image sees through: all 16 pixels around are over 1 % "
         "farther than the point. {} more lie on what their own image does not resolve: leaves and "
@@ -207,7 +208,7 @@ class ReprojectionChecker : public Checker {
         num_surface_, num_compared_ - num_surface_);
     through.reason =
         "Ground is opaque. Only ridges thinner than a pixel can slip between the centres of 16 "
-        "pixels.";
+        "pixels: one point in 1000, and what few points may be more by chance.";
     through.detects =
         "ground that one frame shows 2 % nearer (levels of detail, moving ground), gross errors "
         "of pose";
