@@ -64,41 +64,118 @@ void edit_floats(const fs::path& file, const std::function<void(std::span<float>
   core::write_file(file, bytes);
 }
 
-bool exchange_images(const fs::path& folder, std::uint64_t seed) {
-  Draws draws(seed, "exchanged images");
-  auto images = images_of(folder);
-  std::erase_if(images, [](const auto& one) { return one.second.size() < 2; });
-  if (images.empty()) return false;
-  const std::vector<fs::path>& files = one_of(images, draws);
-  const std::vector<std::byte> first = core::read_file(files.front());
-  core::write_file(files.front(), core::read_file(files.back()));
-  core::write_file(files.back(), first);
+/// The files of one camera, of several frames, of which the first and the last change places.
+bool exchange(std::map<fs::path, std::vector<fs::path>> files, Draws& draws) {
+  std::erase_if(files, [](const auto& one) { return one.second.size() < 2; });
+  if (files.empty()) return false;
+  const std::vector<fs::path>& camera = one_of(files, draws);
+  const std::vector<std::byte> first = core::read_file(camera.front());
+  const std::vector<std::byte> last = core::read_file(camera.back());
+  if (first == last) return false;
+  core::write_file(camera.front(), last);
+  core::write_file(camera.back(), first);
   return true;
 }
 
-/// All images of a camera, upside down.
-bool turn_images(const fs::path& folder, std::uint64_t seed) {
-  Draws draws(seed, "turned images");
+/// How alike two images are: the correlation of their numbers.
+double likeness_of(const core::Image8& a, const core::Image8& b) {
+  if (a.data().size() != b.data().size()) return 0.0;
+  double sum_a = 0.0, sum_b = 0.0, sum_aa = 0.0, sum_bb = 0.0, sum_ab = 0.0;
+  const auto count = static_cast<double>(a.data().size());
+  for (std::size_t i = 0; i < a.data().size(); ++i) {
+    const double of_a = a.data()[i], of_b = b.data()[i];
+    sum_a += of_a;
+    sum_b += of_b;
+    sum_aa += of_a * of_a;
+    sum_bb += of_b * of_b;
+    sum_ab += of_a * of_b;
+  }
+  const double both = (sum_aa - sum_a * sum_a / count) * (sum_bb - sum_b * sum_b / count);
+  return both > 0.0 ? (sum_ab - sum_a * sum_b / count) / std::sqrt(both) : 1.0;
+}
+
+bool exchange_images(const fs::path& folder, Draws& draws, double) {
+  // Where hardly anything moves the images of two frames are the same.
+  constexpr double kSame = 0.9;
+  auto images = images_of(folder);
+  std::erase_if(images, [&](const auto& one) {
+    return likeness_of(image_of(one.second.front()), image_of(one.second.back())) > kSame;
+  });
+  return exchange(std::move(images), draws);
+}
+
+std::map<fs::path, std::vector<fs::path>> depths_of(const fs::path& folder) {
+  return files_of(folder, {"depth", "range/"}, ".npy");
+}
+
+/// How much longer or shorter half of the depths of one file are than another's.
+double difference_of(const fs::path& a, const fs::path& b) {
+  std::vector<float> first, second, sizes;
+  const auto take = [](std::vector<float>& into) {
+    return [&into](std::span<float> values) { into.assign(values.begin(), values.end()); };
+  };
+  edit_floats(a, take(first));
+  edit_floats(b, take(second));
+  for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i)
+    if (std::isfinite(first[i]) && std::isfinite(second[i]))
+      sizes.push_back(std::abs(first[i] / second[i] - 1.0F));
+  if (sizes.empty()) return 0.0;
+  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2),
+                   sizes.end());
+  return sizes[sizes.size() / 2];
+}
+
+bool exchange_depths(const fs::path& folder, Draws& draws, double) {
+  // Over level ground the depths of two frames are the same.
+  constexpr double kSame = 0.02;
+  auto depths = depths_of(folder);
+  std::erase_if(depths, [&](const auto& one) {
+    return difference_of(one.second.front(), one.second.back()) < kSame;
+  });
+  return exchange(std::move(depths), draws);
+}
+
+/// All images of a camera, each pixel by the others.
+bool edit_images(const fs::path& folder, Draws& draws,
+                 const std::function<std::uint8_t(const core::Image8&, int, int, int)>& pixel) {
   const auto images = images_of(folder);
   if (images.empty()) return false;
+  bool is_changed = false;
   for (const fs::path& file : one_of(images, draws)) {
     const core::Image8 image = image_of(file);
-    core::Image8 turned = image;
+    core::Image8 edited = image;
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x)
-        for (int k = 0; k < image.channels(); ++k)
-          turned(x, y, k) = image(x, image.height() - 1 - y, k);
-    core::write_file(file, core::encode_png(turned));
+        for (int k = 0; k < image.channels(); ++k) edited(x, y, k) = pixel(image, x, y, k);
+    is_changed =
+        is_changed || !std::equal(image.data().begin(), image.data().end(), edited.data().begin());
+    core::write_file(file, core::encode_png(edited));
   }
-  return true;
+  return is_changed;
 }
 
-/// All depths of a camera, by up to 5 %.
-bool scale_depths(const fs::path& folder, std::uint64_t seed) {
-  Draws draws(seed, "scaled depths");
-  const auto depths = files_of(folder, {"depth", "range/"}, ".npy");
+bool turn_images(const fs::path& folder, Draws& draws, double) {
+  return edit_images(folder, draws, [](const core::Image8& image, int x, int y, int k) {
+    return image(x, image.height() - 1 - y, k);
+  });
+}
+
+/// Along rows, by the line between two pixels.
+bool shift_images(const fs::path& folder, Draws& draws, double shift_px) {
+  return edit_images(folder, draws, [=](const core::Image8& image, int x, int y, int k) {
+    const double at = std::clamp(x - shift_px, 0.0, image.width() - 1.0);
+    const int left = std::min(static_cast<int>(at), image.width() - 2);
+    const double part = at - left;
+    return static_cast<std::uint8_t>(
+        std::lround((1.0 - part) * image(left, y, k) + part * image(left + 1, y, k)));
+  });
+}
+
+/// All depths of a camera.
+bool scale_depths(const fs::path& folder, Draws& draws, double percent) {
+  const auto depths = depths_of(folder);
   if (depths.empty()) return false;
-  const auto factor = static_cast<float>(1.0 + draws.between(0.02, 0.05));
+  const auto factor = static_cast<float>(1.0 + 0.01 * percent);
   for (const fs::path& file : one_of(depths, draws))
     edit_floats(file, [&](std::span<float> values) {
       for (float& value : values) value *= factor;
@@ -106,25 +183,35 @@ bool scale_depths(const fs::path& folder, std::uint64_t seed) {
   return true;
 }
 
-/// All flow of a camera, as if the frames were in the other order.
-bool negate_flow(const fs::path& folder, std::uint64_t seed) {
-  Draws draws(seed, "negated flow");
+/// All flow of a camera in one direction.
+bool edit_flow(const fs::path& folder, Draws& draws,
+               const std::function<void(std::span<float>)>& change) {
   auto flows = files_of(folder, {"flow"}, ".npy");
-  std::erase_if(flows, [](const auto& one) {
-    return one.second.front().filename().string().find("mask") != std::string::npos;
-  });
+  for (auto& [place, files] : flows)
+    std::erase_if(files, [](const fs::path& file) {
+      return file.filename().string().find("mask") != std::string::npos;
+    });
+  std::erase_if(flows, [](const auto& one) { return one.second.empty(); });
   if (flows.empty()) return false;
-  for (const fs::path& file : one_of(flows, draws))
-    if (file.filename().string().find("mask") == std::string::npos)
-      edit_floats(file, [](std::span<float> values) {
-        for (float& value : values) value = -value;
-      });
+  for (const fs::path& file : one_of(flows, draws)) edit_floats(file, change);
   return true;
 }
 
-/// One camera's place in one frame, by a few metres to the north.
-bool move_place(const fs::path& folder, std::uint64_t seed) {
-  Draws draws(seed, "moved place");
+bool negate_flow(const fs::path& folder, Draws& draws, double) {
+  return edit_flow(folder, draws, [](std::span<float> values) {
+    for (float& value : values) value = -value;
+  });
+}
+
+/// To the right.
+bool shift_flow(const fs::path& folder, Draws& draws, double shift_px) {
+  return edit_flow(folder, draws, [=](std::span<float> values) {
+    for (std::size_t i = 0; i < values.size(); i += 2) values[i] += static_cast<float>(shift_px);
+  });
+}
+
+/// One camera's place in one frame, to the north.
+bool move_place(const fs::path& folder, Draws& draws, double distance_m) {
   const auto places = files_of(folder, {"georeference.csv"}, ".csv");
   if (places.empty()) return false;
   const fs::path file = one_of(places, draws).front();
@@ -138,8 +225,9 @@ bool move_place(const fs::path& folder, std::uint64_t seed) {
   std::vector<std::string> words;
   for (const std::string_view word : validate::split_at(line, ',')) words.emplace_back(word);
   if (static_cast<std::size_t>(column) >= words.size()) return false;
+  constexpr double kMetresPerDegree = 111320.0;  // to half a percent, at any latitude
   std::string& latitude = words[static_cast<std::size_t>(column)];
-  latitude = fmt::format("{:.12f}", std::stod(latitude) + draws.between(2e-5, 5e-5));
+  latitude = fmt::format("{:.14f}", std::stod(latitude) + distance_m / kMetresPerDegree);
   line = fmt::format("{}", fmt::join(words, ","));
   core::write_file(file, fmt::format("{}\n", fmt::join(lines, "\n")));
   return true;
@@ -149,13 +237,56 @@ bool move_place(const fs::path& folder, std::uint64_t seed) {
 
 const std::vector<Corruption>& corruptions() {
   static const std::vector<Corruption> all{
+      {"depths of a camera scaled",
+       "%",
+       0.01,
+       20.0,
+       &scale_depths,
+       {"reprojection_scale", "stereo_scale"},
+       {"reprojection", "reprojection_scale"},
+       {"depth_scale", "depth_unit", "focal_length", "baseline", "disparity_scale"}},
+      {"flow of a camera off", "px", 1e-3, 3.0, &shift_flow, {"flow"}, {"flow"}, {"flow_offset"}},
+      {"a place moved",
+       "m",
+       1e-4,
+       10.0,
+       &move_place,
+       {"georeference_position"},
+       {"georeference_position"},
+       {"place_row"}},
+      {"images of a camera shifted",
+       "px",
+       0.03,
+       10.0,
+       &shift_images,
+       {"photometric_principal_point"},
+       {"photometric_principal_point", "photometric_correlation", "photometric_cameras"},
+       {"images_shifted", "principal_point", "color_shifted"}},
       {"images of two frames exchanged",
+       "",
+       0.0,
+       0.0,
        &exchange_images,
-       {"photometric_frames", "photometric_correlation", "structure"}},
-      {"images upside down", &turn_images, {"photometric_correlation", "photometric_frames"}},
-      {"depths longer", &scale_depths, {"reprojection", "stereo_scale"}},
-      {"flow of the other sign", &negate_flow, {"flow"}},
-      {"a place beside its own", &move_place, {"georeference_position"}}};
+       {},
+       {"photometric_frames", "photometric_correlation", "photometric_cameras"},
+       {"color_order", "frame_foreign", "frame_duplicated"}},
+      {"depths of two frames exchanged",
+       "",
+       0.0,
+       0.0,
+       &exchange_depths,
+       {},
+       {"reprojection", "reprojection_see_through", "reprojection_position"},
+       {"depth_order", "depth_shifted", "depth_foreign", "frame_foreign"}},
+      {"images of a camera upside down",
+       "",
+       0.0,
+       0.0,
+       &turn_images,
+       {},
+       {"photometric_correlation", "photometric_frames", "photometric_cameras"},
+       {"color_flipped"}},
+      {"flow of a camera negated", "", 0.0, 0.0, &negate_flow, {}, {"flow"}, {"flow_sign"}}};
   return all;
 }
 

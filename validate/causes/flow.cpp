@@ -96,79 +96,149 @@ std::vector<Field> fields_of(const Trial& trial) {
   return fields;
 }
 
+/// A field of one direction, of the pair of a frame and the next one.
+struct Side {
+  int camera;
+  int frame;
+  bool is_forward;
+
+  int from() const { return frame + (is_forward ? 0 : 1); }
+  int to() const { return frame + (is_forward ? 1 : 0); }
+  const core::ImageF& of(const Trial& trial) const {
+    const FlowFields& flow = *trial.image(camera, frame).flow;
+    return is_forward ? flow.forward : flow.backward;
+  }
+  core::ImageF& edit(Trial& trial) const {
+    FlowFields& flow = trial.edit_flow(camera, frame);
+    return is_forward ? flow.forward : flow.backward;
+  }
+};
+
+/// The flow that may have one fault: all, that of a camera, that of a direction, or of both.
+struct Part {
+  int camera = -1;  ///< -1: all
+  bool has_forward = true, has_backward = true;
+  std::string words = "flow";
+};
+std::vector<Part> parts_of(const Trial& trial) {
+  std::vector<Part> parts = {
+      {}, {-1, true, false, "forward flow"}, {-1, false, true, "backward flow"}};
+  std::vector<int> cameras;
+  for (const Field& field : fields_of(trial))
+    if (std::find(cameras.begin(), cameras.end(), field.camera) == cameras.end())
+      cameras.push_back(field.camera);
+  if (cameras.size() < 2) return parts;
+  for (const int camera : cameras)
+    for (const Part& direction : {parts[0], parts[1], parts[2]})
+      parts.push_back({camera, direction.has_forward, direction.has_backward,
+                       fmt::format("{} of {}", direction.words, trial.camera_names({camera}))});
+  return parts;
+}
+std::vector<Side> sides_of(const Trial& trial, const Part& part) {
+  std::vector<Side> sides;
+  for (const Field& field : fields_of(trial)) {
+    if (part.camera >= 0 && field.camera != part.camera) continue;
+    if (part.has_forward) sides.push_back({field.camera, field.frame, true});
+    if (part.has_backward && !trial.image(field.camera, field.frame).flow->backward.empty())
+      sides.push_back({field.camera, field.frame, false});
+  }
+  return sides;
+}
+
 /// What is stored where flow to the next frame is meant.
 struct Kind {
   const char* name;
-  const char* words;
+  const char* words;  ///< after those of the part
   Transform undo;
   int from, to;  ///< frames after the field's, of the forward flow
 };
 constexpr Transform kSame = [](const Vector2d& v) { return v; };
 
 const Kind kKinds[] = {
-    {"flow_sign", "flow has the opposite sign", [](const Vector2d& v) { return Vector2d(-v); }, 0,
-     1},
-    {"flow_order", "flow has u and v swapped",
-     [](const Vector2d& v) { return Vector2d(v.y(), v.x()); }, 0, 1},
-    {"flow_sign", "flow has the opposite sign in u",
+    {"flow_sign", "has the opposite sign", [](const Vector2d& v) { return Vector2d(-v); }, 0, 1},
+    {"flow_order", "has u and v swapped", [](const Vector2d& v) { return Vector2d(v.y(), v.x()); },
+     0, 1},
+    {"flow_sign", "has the opposite sign in u",
      [](const Vector2d& v) { return Vector2d(-v.x(), v.y()); }, 0, 1},
-    {"flow_sign", "flow has the opposite sign in v (up where down is meant)",
+    {"flow_sign", "has the opposite sign in v (up where down is meant)",
      [](const Vector2d& v) { return Vector2d(v.x(), -v.y()); }, 0, 1},
-    {"flow_direction", "flow is of the wrong direction: backward flow is stored as forward flow",
-     kSame, 1, 0},
-    {"flow_frame", "flow is of the wrong frame: to frame + 2 where frame + 1 is meant", kSame, 0,
-     2},
-    {"flow_frame", "flow is of the wrong frame: to frame - 1 where frame + 1 is meant", kSame, 0,
-     -1},
-    {"flow_frame", "flow is of the wrong frame: that of the next pair of frames", kSame, 1, 2},
-    {"flow_frame", "flow is of the wrong frame: that of the pair of frames before", kSame, -1, 0},
+    {"flow_direction", "is of the wrong direction: backward flow is stored as forward flow", kSame,
+     1, 0},
+    {"flow_frame", "is of the wrong frame: to frame + 2 where frame + 1 is meant", kSame, 0, 2},
+    {"flow_frame", "is of the wrong frame: to frame - 1 where frame + 1 is meant", kSame, 0, -1},
+    {"flow_frame", "is of the wrong frame: that of the next pair of frames", kSame, 1, 2},
+    {"flow_frame", "is of the wrong frame: that of the pair of frames before", kSame, -1, 0},
 };
 
-void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  for (const Kind& kind : kKinds) {
-    // Of the pairs that there are frames for.
-    std::size_t num_same = 0, num_other = 0;
-    for (const Field& field : fields_of(symptoms.trial)) {
-      const double off_px =
-          difference(symptoms.trial, field.camera,
-                     symptoms.trial.image(field.camera, field.frame).flow->forward,
-                     field.frame + kind.from, field.frame + kind.to, kind.undo);
-      if (off_px < kSame_px)
-        ++num_same;
-      else if (off_px < 1e9)
-        ++num_other;
-    }
-    if (num_same == 0 || num_other > 0) continue;
-    Hypothesis h;
-    h.checks = {"flow"};
-    h.rank = 1;
-    h.undo = [kind](Trial& trial, Cause& cause) {
-      const bool is_other_pair = kind.from != 0 || kind.to != 1;
-      for (const Field& field : fields_of(trial)) {
-        FlowFields& flow = trial.edit_flow(field.camera, field.frame);
-        if (is_other_pair) {
-          // It was known again as that pair's: what the right pair's is follows from the rest.
-          fill(trial, field.camera, field.frame, field.frame + 1, flow.forward,
-               flow.in_view_forward, flow.covisible_forward);
-          if (!flow.backward.empty())
-            fill(trial, field.camera, field.frame + 1, field.frame, flow.backward,
-                 flow.in_view_backward, flow.covisible_backward);
-          continue;
-        }
-        for (core::ImageF* image : {&flow.forward, &flow.backward})
-          for (int y = 0; y < image->height(); ++y)
-            for (int x = 0; x < image->width(); ++x) {
-              const Vector2d right = kind.undo(
-                  {static_cast<double>((*image)(x, y, 0)), static_cast<double>((*image)(x, y, 1))});
-              (*image)(x, y, 0) = static_cast<float>(right.x());
-              (*image)(x, y, 1) = static_cast<float>(right.y());
-            }
+/// Whether all fields of a part are of a kind, and some of them not as they should be.
+bool is_of_kind(const Trial& trial, const Part& part, const Kind& kind) {
+  std::size_t num_same = 0;
+  bool is_any_wrong = false;
+  for (const Side& side : sides_of(trial, part)) {
+    // Of the pairs that there are frames for; frames count backwards from the later one.
+    const int way = side.is_forward ? 1 : -1;
+    const double off_px =
+        difference(trial, side.camera, side.of(trial), side.from() + way * kind.from,
+                   side.from() + way * kind.to, kind.undo);
+    if (off_px >= 1e9) continue;
+    if (off_px >= kSame_px) return false;
+    ++num_same;
+    is_any_wrong = is_any_wrong || difference(trial, side.camera, side.of(trial), side.from(),
+                                              side.to(), kSame) >= kSame_px;
+  }
+  return num_same > 0 && is_any_wrong;
+}
+
+/// Flow of another pair of frames was known again as that pair's: what the right pair's is follows from the rest.
+void fill_all(Trial& trial) {
+  for (const Field& field : fields_of(trial)) {
+    FlowFields& flow = trial.edit_flow(field.camera, field.frame);
+    fill(trial, field.camera, field.frame, field.frame + 1, flow.forward, flow.in_view_forward,
+         flow.covisible_forward);
+    if (!flow.backward.empty())
+      fill(trial, field.camera, field.frame + 1, field.frame, flow.backward, flow.in_view_backward,
+           flow.covisible_backward);
+  }
+}
+
+void add_kind(const Part& part, const Kind& kind, std::vector<Hypothesis>& hypotheses) {
+  Hypothesis h;
+  h.checks = {"flow"};
+  h.rank = 1;
+  h.undo = [part, kind](Trial& trial, Cause& cause) {
+    const bool is_of_other_pair = kind.from != 0 || kind.to != 1;
+    if (is_of_other_pair) fill_all(trial);
+    if (!is_of_other_pair)
+      for (const Side& side : sides_of(trial, part)) {
+        core::ImageF& image = side.edit(trial);
+        for (int y = 0; y < image.height(); ++y)
+          for (int x = 0; x < image.width(); ++x) {
+            const Vector2d right = kind.undo(
+                {static_cast<double>(image(x, y, 0)), static_cast<double>(image(x, y, 1))});
+            image(x, y, 0) = static_cast<float>(right.x());
+            image(x, y, 1) = static_cast<float>(right.y());
+          }
       }
-      cause.name = kind.name;
-      cause.words = kind.words;
-      return true;
-    };
-    hypotheses.push_back(std::move(h));
+    cause.name = kind.name;
+    cause.camera = part.camera < 0 ? "" : trial.camera(part.camera).name;
+    cause.words = part.words + " " + kind.words;
+    return true;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
+void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const std::vector<Part> parts = parts_of(symptoms.trial);
+  for (const Kind& kind : kKinds) {
+    // Of another pair the whole flow is, or the forward one alone is looked at: backward flow may be none's.
+    if (kind.from != 0 || kind.to != 1) {
+      if (is_of_kind(symptoms.trial, parts[1], kind)) add_kind(parts[0], kind, hypotheses);
+      continue;
+    }
+    const auto part = std::find_if(parts.begin(), parts.end(), [&](const Part& one) {
+      return is_of_kind(symptoms.trial, one, kind);
+    });
+    if (part != parts.end()) add_kind(*part, kind, hypotheses);
   }
 }
 
@@ -210,45 +280,57 @@ void add_scale(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   hypotheses.push_back(std::move(h));
 }
 
-/// The same vector on all flow.
-void add_offset(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  const Trial& trial = symptoms.trial;
+/// The vector by which nine of ten pixels of a part are off; nothing where there is none, or it is nothing.
+std::optional<Vector2d> offset_of(const Trial& trial, const Part& part) {
   std::vector<double> off_x, off_y;
-  for (const Field& field : fields_of(trial)) {
-    const core::ImageF& flow = trial.image(field.camera, field.frame).flow->forward;
+  for (const Side& side : sides_of(trial, part)) {
+    const core::ImageF& flow = side.of(trial);
     for (int y = kStep / 2; y < flow.height(); y += kStep)
       for (int x = kStep / 2; x < flow.width(); x += kStep) {
-        const auto target = target_of(trial, field.camera, field.frame, field.frame + 1, x, y);
+        const auto target = target_of(trial, side.camera, side.from(), side.to(), x, y);
         if (!target) continue;
         off_x.push_back(static_cast<double>(flow(x, y, 0)) - (target->x() - x - 0.5));
         off_y.push_back(static_cast<double>(flow(x, y, 1)) - (target->y() - y - 0.5));
       }
   }
+  const std::vector<double> x = off_x, y = off_y;
   const Vector2d offset(median(off_x), median(off_y));
   std::size_t num_same = 0;
-  for (std::size_t i = 0; i < off_x.size(); ++i)
-    if ((Vector2d(off_x[i], off_y[i]) - offset).norm() < kSame_px) ++num_same;
-  if (num_same < 50 || 10 * num_same < 9 * off_x.size() || offset.norm() < kSame_px) return;
-  Hypothesis h;
-  h.checks = {"flow"};
-  h.rank = 2;
-  h.undo = [offset](Trial& t, Cause& cause) {
-    for (const Field& field : fields_of(t)) {
-      FlowFields& flow = t.edit_flow(field.camera, field.frame);
-      for (core::ImageF* image : {&flow.forward, &flow.backward})
-        for (int y = 0; y < image->height(); ++y)
-          for (int x = 0; x < image->width(); ++x)
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if ((Vector2d(x[i], y[i]) - offset).norm() < kSame_px) ++num_same;
+  constexpr std::size_t kEnough = 50;
+  if (num_same < kEnough || 10 * num_same < 9 * x.size() || offset.norm() < kSame_px)
+    return std::nullopt;
+  return offset;
+}
+
+/// The same vector on all flow, or on that of a camera or a direction.
+void add_offset(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  for (const Part& part : parts_of(symptoms.trial)) {
+    const std::optional<Vector2d> offset = offset_of(symptoms.trial, part);
+    if (!offset) continue;
+    Hypothesis h;
+    h.checks = {"flow"};
+    h.rank = 2;
+    h.undo = [part, offset = *offset](Trial& t, Cause& cause) {
+      for (const Side& side : sides_of(t, part)) {
+        core::ImageF& image = side.edit(t);
+        for (int y = 0; y < image.height(); ++y)
+          for (int x = 0; x < image.width(); ++x)
             for (int axis = 0; axis < 2; ++axis)
-              (*image)(x, y, axis) -= static_cast<float>(offset[axis]);
-    }
-    cause.name = "flow_offset";
-    cause.size = offset.norm();
-    cause.unit = "px";
-    cause.words =
-        fmt::format("flow is off by ({:.3g}, {:.3g}) px everywhere", offset.x(), offset.y());
-    return true;
-  };
-  hypotheses.push_back(std::move(h));
+              image(x, y, axis) -= static_cast<float>(offset[axis]);
+      }
+      cause.name = "flow_offset";
+      cause.size = offset.norm();
+      cause.unit = "px";
+      cause.camera = part.camera < 0 ? "" : t.camera(part.camera).name;
+      cause.words = fmt::format("{} is off by ({:.3g}, {:.3g}) px everywhere", part.words,
+                                offset.x(), offset.y());
+      return true;
+    };
+    hypotheses.push_back(std::move(h));
+    return;
+  }
 }
 
 /// "1 pixel to the right", "1 pixel to the left and 1 pixel below".

@@ -248,6 +248,45 @@ void add_rotations(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses
   }
 }
 
+/// Places of single rows that are not where their poses are; more than a third of all is no single mistake.
+void add_rows(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  if (!symptoms.fails_result("georeference_position")) return;
+  Hypothesis h;
+  h.checks = {"georeference"};
+  h.rank = 1;
+  h.undo = [](Trial& trial, Cause& cause) {
+    constexpr double kSame_m = 1e-3;  // as the check allows
+    const Pose ecef_from_frame = ecef_from_local(trial.sequence.origin);
+    std::size_t num_rows = 0, num_wrong = 0;
+    for (Camera& camera : trial.sequence.cameras)
+      for (std::size_t f = 0; f < camera.georeference.size(); ++f) {
+        if (!camera.georeference[f] || f >= camera.local_from_camera.size() ||
+            !camera.local_from_camera[f])
+          continue;
+        ++num_rows;
+        Georeference& row = *camera.georeference[f];
+        const Vector3d right_ecef = (ecef_from_frame * *camera.local_from_camera[f]).translation;
+        const Vector3d off_m =
+            enu_from_ecef(row.place) * (ecef_from_geodetic(row.place) - right_ecef);
+        if (off_m.norm() <= kSame_m) continue;
+        row.place = geodetic_from_ecef(right_ecef);
+        if (++num_wrong > 1) continue;
+        cause.camera = camera.name;
+        cause.frame = trial.first_frame + static_cast<int>(f);
+        cause.size = off_m.norm();
+        cause.words = fmt::format(
+            "georeference.csv: the place of {}, frame {} is off by ({:.3g}, {:.3g}, {:.3g}) m to "
+            "the east, north and up",
+            camera.name, cause.frame, off_m.x(), off_m.y(), off_m.z());
+      }
+    cause.name = "place_row";
+    cause.unit = "m";
+    if (num_wrong > 1) cause.words += fmt::format("; {} more are off", num_wrong - 1);
+    return num_wrong > 0 && 3 * num_wrong <= num_rows;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
 /// Rows of another frame.
 void add_shifts(std::vector<Hypothesis>& hypotheses) {
   for (const int shift : {1, -1}) {
@@ -386,6 +425,7 @@ void make_georeference_causes(const Symptoms& symptoms, std::vector<Hypothesis>&
   add_no_places(symptoms, hypotheses);
   add_offsets(symptoms, hypotheses);
   add_rotations(symptoms, hypotheses);
+  add_rows(symptoms, hypotheses);
   if (trial.num_frames() > 2) add_shifts(hypotheses);
 }
 

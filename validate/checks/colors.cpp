@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
+#include "validate/null_distribution.h"
 #include "validate/sampling.h"
 
 /// What was done to the colours of single images: levels that are missing, marks of 8 x 8 blocks, plants that are blue.
@@ -18,7 +21,7 @@ namespace {
 /// What one image shows.
 struct ImageMarks {
   double unused_levels = -1.0;  ///< share between its darkest and its brightest; -1: too plain
-  double block_marks = -1.0;    ///< coefficients off JPEG's grid by those on it; -1: too plain
+  std::optional<Estimate> block_marks;  ///< coefficients that JPEG's grid lacks; nothing: too plain
 };
 
 /// Share of levels that are left out next to well-filled ones: 1 - 1 / m, where m is the mean distance from a level
@@ -52,9 +55,16 @@ double unused_levels(const core::Image8& color) {
   return worst;
 }
 
+/// A mean over blocks.
+struct BlockMean {
+  double mean = 0.0;
+  double standard_error = 0.0;
+  double degrees = 0.0;
+};
+
 /// Share of the 63 cosine coefficients of blocks of 8 x 8 pixels that are not 0 to half a level a
 /// pixel; blocks stand on a grid that starts at `offset` both ways.
-double nonzero_share(const core::Image8& color, int offset) {
+BlockMean nonzero_share(const core::Image8& color, int offset) {
   static const auto basis = [] {
     std::array<std::array<double, 8>, 8> table{};
     for (std::size_t k = 0; k < 8; ++k)
@@ -67,8 +77,9 @@ double nonzero_share(const core::Image8& color, int offset) {
   const int across = (color.width() - offset) / 8, down = (color.height() - offset) / 8;
   // A few thousand blocks tell the share to a hundredth.
   const int step = std::max(1, across * down / 2000);
-  std::size_t num_nonzero = 0, num_blocks = 0;
-  for (int block = 0; block < across * down; block += step, ++num_blocks) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (int block = 0; block < across * down; block += step) {
+    std::size_t num_nonzero = 0;
     const int left = offset + 8 * (block % across), top = offset + 8 * (block / across);
     std::array<std::array<double, 8>, 8> rows{};
     for (std::size_t y = 0; y < 8; ++y)
@@ -85,17 +96,34 @@ double nonzero_share(const core::Image8& color, int offset) {
         // Rounding to 8 bits leaves 0.2 in luma.
         if (k + l > 0 && std::abs(value) > 0.8) ++num_nonzero;
       }
+    const double share = static_cast<double>(num_nonzero) / 63.0;
+    sum += share;
+    squares += share * share;
+    count += 1.0;
   }
-  return static_cast<double>(num_nonzero) /
-         (63.0 * static_cast<double>(std::max<std::size_t>(num_blocks, 1)));
+  if (count < 2.0) return {};
+  const double mean = sum / count;
+  const double variance = std::max(0.0, squares / count - mean * mean) * count / (count - 1.0);
+  return {mean, std::sqrt(variance / count), count - 1.0};
 }
 
-double block_marks(const core::Image8& color) {
-  if (color.width() < 64 || color.height() < 64) return -1.0;
-  const double on_grid = nonzero_share(color, 0), beside = nonzero_share(color, 4);
+/// By what share coefficients on JPEG's grid are fewer than beside it. Contrast lies in some blocks, so that few blocks
+/// differ by chance; the two grids' blocks share pixels, by which they differ less than is counted.
+std::optional<Estimate> block_marks(const core::Image8& color) {
+  if (color.width() < 64 || color.height() < 64) return std::nullopt;
+  const BlockMean on_grid = nonzero_share(color, 0), beside = nonzero_share(color, 4);
   // A plain image has hardly any on either grid.
   constexpr double kPlain = 0.02;
-  return beside < kPlain ? -1.0 : beside / std::max(on_grid, 1e-3);
+  if (beside.mean < kPlain) return std::nullopt;
+  constexpr double kAlike = 0.2;  // pixels of a scene know nothing of the grid
+  const double part = on_grid.mean / beside.mean;
+  Estimate estimate;
+  estimate.value = std::max(0.0, 1.0 - part);
+  estimate.standard_error =
+      std::hypot(on_grid.standard_error, part * beside.standard_error) / beside.mean;
+  estimate.degrees = std::min(on_grid.degrees, beside.degrees);
+  estimate.allowance = kAlike;
+  return estimate;
 }
 
 /// By how much bluer than red the plants of an image are: (blue - red) / (blue + red) of each pixel, near enough that the
@@ -143,6 +171,7 @@ class ColorsChecker : public Checker {
       num_coarse_ += is_fine ? 0 : 1;
       marks[index] = {is_fine ? unused_levels(view->image->color) : -1.0,
                       block_marks(view->image->color)};
+      if (marks[index].block_marks) marks[index].block_marks->where = place_of(*view);
       places[index] = place_of(*view);
       std::vector<double> tints = tints_of_plants(window.sequence(), *view);
       constexpr std::size_t kEnough = 2000;
@@ -150,7 +179,7 @@ class ColorsChecker : public Checker {
     });
     for (std::size_t i = 0; i < num_cameras; ++i) {
       levels_.add(i, marks[i].unused_levels, places[i]);
-      blocks_.add(i, marks[i].block_marks, places[i]);
+      if (marks[i].block_marks) blocks_[i].push_back(*marks[i].block_marks);
     }
   }
 
@@ -170,22 +199,36 @@ class ColorsChecker : public Checker {
       levels.summary +=
           fmt::format(" {} images are left out, whose sensor imaging.json states to have few bits.",
                       num_coarse_.load());
-    CheckResult blocks;
-    blocks.name = "colors_blocks";
-    blocks.bound = 1.25;
-    blocks.unit = "times";
-    blocks.summary =
-        "Cosine coefficients of 8 x 8 blocks that are not 0, on a grid beside JPEG's by those on "
-        "it; "
-        "median of a camera's images.";
-    blocks.reason =
-        "Pixels of a scene know nothing of the grid: both are alike to a few in a hundred.";
-    blocks.detects = "JPEG between rendering and export";
-    return {levels_.result(std::move(levels)), blocks_.result(std::move(blocks)),
-            plants_result(sequence)};
+    return {levels_.result(std::move(levels)), blocks_result(), plants_result(sequence)};
   }
 
  private:
+  /// Of each camera the middle one of its images, which are much alike.
+  CheckResult blocks_result() {
+    CheckResult blocks;
+    blocks.name = "colors_blocks";
+    if (blocks_.empty()) return unseen_result(blocks.name, "no image has contrast enough");
+    constexpr double kWorthFinding = 0.6;
+    Estimates estimates(kWorthFinding);
+    for (auto& [camera, images] : blocks_) {
+      const auto middle = images.begin() + static_cast<std::ptrdiff_t>(images.size() / 2);
+      std::nth_element(images.begin(), middle, images.end(),
+                       [](const Estimate& a, const Estimate& b) { return a.value < b.value; });
+      estimates.add(*middle);
+    }
+    estimates.judge(blocks);
+    if (blocks.skipped) blocks.worst = "images have too few blocks with contrast: " + blocks.worst;
+    blocks.unit = "share";
+    blocks.summary =
+        "By what share cosine coefficients of 8 x 8 blocks that are not 0 are fewer on JPEG's grid "
+        "than beside it; the middle one of a camera's images.";
+    blocks.reason =
+        "Pixels of a scene know nothing of the grid: both are alike to a fifth, and to what as "
+        "many blocks leave with a probability of 1e-9.";
+    blocks.detects = "JPEG between rendering and export";
+    return blocks;
+  }
+
   CheckResult plants_result(const Sequence& sequence) {
     CheckResult plants;
     plants.name = "colors_plants";
@@ -243,9 +286,10 @@ class ColorsChecker : public Checker {
       return result;
     }
   };
-  Marks levels_, blocks_;
-  std::vector<std::vector<double>> tints_;    ///< of each camera's images
-  std::atomic<std::int64_t> num_coarse_ = 0;  ///< images of sensors of few bits
+  Marks levels_;
+  std::map<std::size_t, std::vector<Estimate>> blocks_;  ///< by camera
+  std::vector<std::vector<double>> tints_;               ///< of each camera's images
+  std::atomic<std::int64_t> num_coarse_ = 0;             ///< images of sensors of few bits
 };
 
 }  // namespace

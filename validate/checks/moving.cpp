@@ -108,16 +108,11 @@ class StepComparison {
       return;
     }
     const Intrinsics& k_b = step_.pair.b.camera->intrinsics;
-    if (k_b.contains(place->pixel, kFlowBorder_px) && !says_in_view)
-      contradict(x, y, "in the other's field of view, but masked out");
-    if (!k_b.contains(place->pixel, -kFlowBorder_px) && says_in_view)
-      contradict(x, y, "outside the other's image, but called in its field of view");
     if (!stored.allFinite() && marks_missing) {
       if (k_b.contains(place->pixel, kFlowBorder_px) || is_surely_seen(*place))
         contradict(x, y, "seen by the other camera, but its flow says that it is not");
       return;
     }
-    if (is_beyond_seam(k_b, pixel + stored)) contradict(x, y, "flow that leads across the seam");
     if (!stored.allFinite()) {
       const double reach_px =
           step_.pair.a.camera->flow_reach_px - step_.pair.a.camera->flow_step_px;
@@ -125,6 +120,12 @@ class StepComparison {
         contradict(x, y, "flow is not finite, and not longer than the format can hold");
       return;
     }
+    // What is too long to be held has no masks either.
+    if (k_b.contains(place->pixel, kFlowBorder_px) && !says_in_view)
+      contradict(x, y, "in the other's field of view, but masked out");
+    if (!k_b.contains(place->pixel, -kFlowBorder_px) && says_in_view)
+      contradict(x, y, "outside the other's image, but called in its field of view");
+    if (is_beyond_seam(k_b, pixel + stored)) contradict(x, y, "flow that leads across the seam");
     if (!is_told_by_depth(*place) || !k_b.contains(place->pixel, -0.5 * k_b.width_px)) return;
     ++summary_.num_flow;
     const double size = k_b.way_px(place->pixel, pixel + stored).norm();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
@@ -41,6 +42,7 @@ class PhotometricChecker : public Checker {
               ? fmt::format("{} in {}", pair.a.camera->name, pair.b.camera->name)
               : fmt::format("{}, {:+} frames", pair.a.camera->name, pair.b.frame - pair.a.frame);
       PairMatches& pool = pools_[kind];
+      cameras_of_kind_[kind] = {pair.a.camera->name, pair.b.camera->name};
       const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
         to.insert(to.end(), from.begin(), from.end());
       };
@@ -71,6 +73,8 @@ class PhotometricChecker : public Checker {
     correlation.unit = "(at least)";
     correlation.value = 1.0;
     double least_likeness = std::numeric_limits<double>::infinity();
+    std::set<std::string> cameras_told;
+    std::string unsure;  // a kind of pairs that may be beyond its bound, and may not
     CheckResult::Plot histogram{"shifts in x of all kinds of pairs", "px", "patches", {}, {}};
     constexpr int kBins = 81;
     for (int bin = 0; bin < kBins; ++bin) {
@@ -95,6 +99,11 @@ class PhotometricChecker : public Checker {
         correlation.worst = fmt::format("{}: median {:.3f}, of what is coarser than noise {:.3f}",
                                         kind, likeness.median, likeness.own);
       }
+      if (likeness.tells)
+        cameras_told.insert(cameras_of_kind_[kind].begin(), cameras_of_kind_[kind].end());
+      if (likeness.tells && likeness.median < likeness.bound && likeness.most >= likeness.bound)
+        unsure = fmt::format("{}: median {:.3f}, which may be {:.3f} by the scatter of {} patches",
+                             kind, likeness.median, likeness.most, pool.correlation.size());
       if (pool.shift_x.size() < enough) continue;
       const MedianEstimate x = estimate_median(pool.shift_x, pool.patches_per_fact);
       const MedianEstimate y = estimate_median(pool.shift_y, pool.patches_per_fact);
@@ -110,7 +119,9 @@ class PhotometricChecker : public Checker {
     if (num_kinds == 0) {
       const char* reason =
           "fewer than 100 patches with contrast are seen twice: colours were not checked";
-      return {unseen_result(shift.name, reason), unseen_result(correlation.name, reason),
+      return {unseen_result(shift.name, reason),
+              unseen_result(correlation.name, reason),
+              unseen_result("photometric_cameras", reason),
               unseen_result("photometric_frames", reason),
               unseen_result("photometric_frame_shift", reason),
               unseen_result("photometric_channels", reason)};
@@ -147,12 +158,14 @@ class PhotometricChecker : public Checker {
         "or by what each patch does with itself one pixel beside, where that is less; other "
         "ground by less than "
         "0.3, leaves finer than pixels by 0.5, and other leaves by 0.05.";
-    correlation.is_unseen = correlation.skipped = std::isinf(least_likeness);
+    correlation.is_unseen = correlation.skipped =
+        std::isinf(least_likeness) || (correlation.ok && !unsure.empty());
     if (correlation.skipped)
-      correlation.worst =
-          "what the images show is not coarser than their noise, or too few patches are seen twice";
+      correlation.worst = !unsure.empty() ? unsure
+                                          : "what the images show is not coarser than their noise, "
+                                            "or too few patches are seen twice";
     correlation.detects = "images of another camera, frame or orientation than the geometry";
-    std::vector<CheckResult> results{shift, correlation};
+    std::vector<CheckResult> results{shift, correlation, cameras_result(sequence, cameras_told)};
     for (CheckResult& result : images_.results()) results.push_back(std::move(result));
     results.push_back(channels_result());
     const Evidence::Bounds bounds{.principal_px = 0.2,
@@ -169,6 +182,38 @@ class PhotometricChecker : public Checker {
   }
 
  private:
+  /// A camera that shows what no other image does, as the sky, may hold anything.
+  static CheckResult cameras_result(const Sequence& sequence, const std::set<std::string>& told) {
+    CheckResult cameras;
+    cameras.name = "photometric_cameras";
+    std::vector<std::string> untold;
+    std::size_t num_colored = 0;
+    for (const Camera& camera : sequence.cameras) {
+      const bool has_color =
+          std::any_of(camera.files.begin(), camera.files.end(),
+                      [](const FrameFiles& files) { return !files.color.empty(); });
+      num_colored += has_color ? 1 : 0;
+      if (has_color && !told.contains(camera.name)) untold.push_back(camera.name);
+    }
+    if (num_colored == 0) return skipped_result(cameras.name, "the dataset holds no images");
+    cameras.value = static_cast<double>(num_colored - untold.size());
+    cameras.bound = cameras.value;
+    cameras.is_lower_bound = true;
+    cameras.unit = "cameras (at least)";
+    cameras.ok = true;
+    cameras.is_unseen = cameras.skipped = !untold.empty();
+    if (cameras.is_unseen)
+      cameras.worst = fmt::format(
+          "nothing holds the images of {}: fewer than 100 patches with contrast are seen by them "
+          "and another image",
+          fmt::join(untold, ", "));
+    cameras.summary =
+        fmt::format("Cameras whose images were held against others, of {}.", num_colored);
+    cameras.reason = "What no other image shows may be anything.";
+    cameras.detects = "nothing by itself: it says whose images were not looked at";
+    return cameras;
+  }
+
   CheckResult channels_result() const {
     CheckResult channels;
     channels.name = "photometric_channels";
@@ -204,6 +249,7 @@ class PhotometricChecker : public Checker {
   Evidence evidence_;
   SingleImages images_;
   std::map<std::string, PairMatches> pools_;
+  std::map<std::string, std::vector<std::string>> cameras_of_kind_;
   std::int64_t num_patches_ = 0;
   std::int64_t num_unresolved_ = 0;
   std::int64_t num_level_ = 0;
