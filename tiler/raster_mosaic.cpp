@@ -25,7 +25,6 @@ using core::fail;
 
 /// Samples kept beyond the square, for the interpolation's stencil and the lean of up against z.
 constexpr int kMargin = 4;
-constexpr std::int64_t kMostSamples = 200'000'000;
 
 void open_rasters(MosaicDraft& draft) {
   const geo::Geodetic& origin = draft.inputs.frame.origin();
@@ -69,13 +68,13 @@ void choose_grid(MosaicDraft& draft) {
   if (box.isEmpty()) draft.fail_without_heights();
   const Eigen::Vector2d low = box.min().array().floor() - kMargin;
   const Eigen::Vector2d size = box.max().array().ceil() - low.array() + kMargin + 1.0;
-  if (!(size.x() * size.y() <= static_cast<double>(kMostSamples)) || size.maxCoeff() > 1e9 ||
-      low.cwiseAbs().maxCoeff() > 1e9)
+  if (!(size.x() * size.y() <= static_cast<double>(RasterSource::kMostSamples)) ||
+      size.maxCoeff() > 1e9 || low.cwiseAbs().maxCoeff() > 1e9)
     fail(ErrorKind::Input,
          "{}: the world's square of {} m takes {:.3g} of its samples, and {} fit into memory; put "
          "a coarser raster first (its grid is the mosaic's), or make the square smaller",
          draft.rasters.front().source->path(), draft.inputs.options.size_m, size.x() * size.y(),
-         kMostSamples);
+         RasterSource::kMostSamples);
   draft.mosaic.first_sample = low.cast<int>();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   draft.mosaic.heights_m =
@@ -209,9 +208,9 @@ void add_resampled(MosaicDraft& draft, std::size_t index) {
   window.width = static_cast<int>(high.x() - low.x()) + 1;
   window.height = static_cast<int>(high.y() - low.y()) + 1;
   if (window.is_empty()) return;
-  if (window.num_samples() > kMostSamples)
+  if (window.num_samples() > RasterSource::kMostSamples)
     fail(ErrorKind::Input, "{}: the world's square takes {} of its samples, and {} fit into memory",
-         grid.written(), window.num_samples(), kMostSamples);
+         grid.written(), window.num_samples(), RasterSource::kMostSamples);
   const Grid<double> heights_m = read_heights(draft, index, window);
 
   const auto row_of_source = static_cast<std::uint8_t>(index);

@@ -26,6 +26,7 @@ struct CheckResult {
   bool ok = false;
   bool skipped = false;    ///< nothing was measured; `worst` says why
   bool is_unseen = false;  ///< skipped although the format could show it: this dataset does not
+  bool is_of_all = false;  ///< of several sequences it is unseen where one of them does not show it
   std::string worst;       ///< where the worst value stands: frame, camera, pixel
   std::string summary;     ///< a sentence for the report: what was compared, how many samples
   std::string reason;      ///< why the bound is what it is

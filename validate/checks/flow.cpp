@@ -17,12 +17,6 @@ namespace terracast::validate {
 
 namespace {
 
-/// Roughness up to which what an image shows around a pixel counts as smooth: ground, walls, roofs.
-/// Fields of grain leave more, and of their points that agree in depth 9 in 100 hide behind a blade
-/// that no pixel's centre meets; of those of smooth surroundings 1 in 1000 (a pair of frames over
-/// `configs/settled/plains.toml`).
-constexpr double kSmoothRoughness = 1e-4;
-
 /// One direction of one flow file.
 struct Direction {
   ViewPair pair;
@@ -37,6 +31,9 @@ struct DirectionSummary {
   std::string worst_place;
   std::int64_t num_masked = 0;  ///< whose masks were
   std::int64_t num_contradictions = 0;
+  /// Pixels called co-visible that the other image's depths hide; no contradictions, since depths are of pixels' centres.
+  std::int64_t num_hidden = 0;
+  std::string first_hidden;
   std::string first_contradiction;
   std::int64_t num_unresolved = 0;  ///< where the other image does not resolve what it shows
   std::int64_t num_agreeing = 0;    ///< seen by both by their depths
@@ -70,6 +67,12 @@ class DirectionComparison {
   void contradict(int x, int y, const char* what) {
     if (++summary_.num_contradictions == 1)
       summary_.first_contradiction = fmt::format("{}: {}", place_of(d_.pair.a, x, y), what);
+  }
+
+  void contradict_by_depth(int x, int y, const char* what) {
+    ++summary_.num_hidden;
+    if (summary_.first_hidden.empty())
+      summary_.first_hidden = fmt::format("{}: {}", place_of(d_.pair.a, x, y), what);
   }
 
   /// Whether the other image's camera sees a point, whatever roundings do. How far outside of an image its lines see
@@ -181,7 +184,7 @@ class DirectionComparison {
     if (depth_b.empty()) return;
     if (says_covisible &&
         d_.pair.b.image->hides_by_moving(target, predicted_m - (0.17 + 0.01 * predicted_m)))
-      contradict(x, y, "called co-visible, but something that moves is before it there");
+      contradict_by_depth(x, y, "called co-visible, but something that moves is before it there");
     const std::optional<InverseDepthSample> seen = sample_inverse_depth(depth_b, target);
     if (!seen) return;
     // Between leaves that are finer than its pixels an image sees what its pixels' centres miss.
@@ -191,7 +194,8 @@ class DirectionComparison {
     // point.
     if (is_resolved && says_covisible &&
         seen->farthest_m < predicted_m - (0.17 + 0.01 * predicted_m))
-      contradict(x, y, "called co-visible, but the other image shows something nearer there");
+      contradict_by_depth(x, y,
+                          "called co-visible, but the other image shows something nearer there");
     const double r = seen->inverse_depth.value * predicted_m - 1.0;
     if (std::abs(r) < 1e-3 && seen->roughness < kSmoothRoughness) {
       ++summary_.num_agreeing;
@@ -242,6 +246,8 @@ class FlowChecker : public Checker {
       errors_.push_back(summary.worst_px);
       num_contradictions_ += summary.num_contradictions;
       if (first_contradiction_.empty()) first_contradiction_ = summary.first_contradiction;
+      num_hidden_ += summary.num_hidden;
+      if (first_hidden_.empty()) first_hidden_ = summary.first_hidden;
       num_unresolved_ += summary.num_unresolved;
       num_agreeing_ += summary.num_agreeing;
       num_unclaimed_ += summary.num_unclaimed;
@@ -283,18 +289,27 @@ class FlowChecker : public Checker {
     CheckResult masks;
     masks.name = "flow_masks";
     constexpr double kThin = 1e-5, kSwapped = 1e-2;
-    PointShares contradictions(kThin, kSwapped);
-    contradictions.add({num_contradictions_, std::max(num_masked_, num_contradictions_),
-                        first_contradiction_.empty() ? "all masks" : first_contradiction_});
-    contradictions.judge(masks);
+    PointShares hidden(kThin, kSwapped);
+    hidden.add({num_hidden_, std::max(num_masked_, num_hidden_),
+                first_hidden_.empty() ? "all masks" : first_hidden_});
+    hidden.judge(masks);
+    if (num_contradictions_ > 0) {
+      masks.ok = masks.skipped = masks.is_unseen = false;
+      masks.value = static_cast<double>(num_contradictions_ + num_hidden_) /
+                    static_cast<double>(std::max(num_masked_, num_contradictions_ + num_hidden_));
+      masks.bound = 0.0;
+      masks.probability.reset();
+      masks.worst = first_contradiction_;
+    }
     masks.summary = fmt::format(
         "{} contradictions in the masks of {} pixels: field-of-view masks are exact, co-visible "
         "pixels lie in the field of view, are "
         "not sky, and nothing over 1 % nearer stands in all 16 pixels around their target. The "
         "last is not asked of {} pixels where the other image does not resolve what it shows.",
-        num_contradictions_, num_masked_, num_unresolved_);
+        num_contradictions_ + num_hidden_, num_masked_, num_unresolved_);
     masks.reason =
-        "A mask that claims too much teaches false matches. One pixel in 100 000 is left for "
+        "A mask that claims too much teaches false matches. What is seen is exact, what hides is "
+        "known at the centres of pixels: of pixels that are hidden one in 100 000 is left for "
         "silhouettes thinner than a pixel, and what few pixels may be more by chance.";
     masks.detects = "masks of the other direction, swapped masks, sky called visible";
 
@@ -316,7 +331,7 @@ class FlowChecker : public Checker {
     if (num_pixels_ == 0)
       results[0] =
           unseen_result(flow.name, "no point of a pair of frames comes near the other image");
-    if (num_masked_ + num_contradictions_ == 0)
+    if (num_masked_ + num_contradictions_ + num_hidden_ == 0)
       results[1] = unseen_result(masks.name, "no pixel of a pair of frames has a mask");
     if (num_agreeing_ == 0)
       results[2] = unseen_result(unclaimed.name, "no depth agrees in both images of a pair");
@@ -346,7 +361,8 @@ class FlowChecker : public Checker {
   std::string worst_place_;
   std::vector<double> errors_;
   std::int64_t num_contradictions_ = 0;
-  std::string first_contradiction_;
+  std::int64_t num_hidden_ = 0;
+  std::string first_contradiction_, first_hidden_;
   std::int64_t num_unresolved_ = 0;
   std::int64_t num_agreeing_ = 0;
   std::int64_t num_unclaimed_ = 0;

@@ -78,6 +78,16 @@ Agreement agreement_of(const std::vector<std::optional<StatedMotion>>& motions, 
 /// Frames in a row of which fourth differences can be told.
 constexpr std::size_t kEnoughFrames = 5;
 
+/// Frames in a row at which something is said.
+std::size_t longest_run(const std::vector<std::optional<StatedMotion>>& motions) {
+  std::size_t longest = 0, run = 0;
+  for (const auto& motion : motions) {
+    run = motion ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
 /// Whether frames follow each other fast enough to tell what moves between them, by the places alone and by no more
 /// than what the turn rates add: a body that turns by more than half a turn from frame to frame, and goes farther than
 /// its places are apart, may stand anywhere in between.
@@ -130,8 +140,9 @@ CheckResult motion_result(const std::vector<std::optional<StatedMotion>>& motion
   const double curvature = agreement.curvature / unit;
   // What the motion does between frames grows with the step, fourfold and more, until a step holds a
   // whole turn of it; a mistake does not. Residuals of a right dataset are a third of what they grow
-  // by, or of the changes in a step; of a few frames, which do not tell whether they follow the motion, up to as much.
-  const double share = motions.size() < kEnoughFrames ? 2.0 : 0.5;
+  // by, or of the changes in a step; a few frames do not tell whether they follow the motion, and medians of two or
+  // three are off by a factor of some.
+  const double share = longest_run(motions) < kEnoughFrames ? 2.0 : 0.5;
   result.skipped = result.is_unseen =
       !result.is_within_bound() &&
       ((curvature > result.bound &&

@@ -111,6 +111,8 @@ class StepComparison {
     if (!stored.allFinite() && marks_missing) {
       if (k_b.contains(place->pixel, kFlowBorder_px) || is_surely_seen(*place))
         contradict(x, y, "seen by the other camera, but its flow says that it is not");
+      if (!k_b.contains(place->pixel, -kFlowBorder_px) && says_in_view)
+        contradict(x, y, "outside the other's image, but called in its field of view");
       return;
     }
     if (!stored.allFinite()) {
@@ -299,11 +301,12 @@ class MovingChecker : public Checker {
     result.name = "moving_see_through";
     constexpr double kEdgeOn = 0.02, kWorthFinding = 0.5;
     PointShares shares(kEdgeOn, kWorthFinding);
+    constexpr std::int64_t kEnough = 50;  // fewer may all be of a side that is turned edge-on
     for (const auto& [body, sums] : bodies_)
-      if (sums.num_surface > 0)
+      if (sums.num_surface >= kEnough)
         shares.add({sums.num_seen_through, sums.num_surface, name_of(sequence, body)});
     if (shares.empty())
-      return unseen_result(result.name, "no body shows points of its inside in two frames");
+      return unseen_result(result.name, "no body shows 50 points of its inside in two frames");
     shares.judge(result);
     result.summary = fmt::format(
         "Share of the {} points inside of a body's pixels that the other image sees through, of "

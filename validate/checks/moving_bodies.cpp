@@ -281,10 +281,13 @@ class MovingBodiesChecker : public Checker {
                       : "nothing moves but parts of what is not there"));
     else if (num_riding > 0)
       for (CheckResult& result : worst)
-        result.summary += fmt::format(
-            " Of {} that ride the ground, or go level, only what is along the directions in "
-            "which they accelerate.",
-            num_riding);
+        result.summary +=
+            result.name == "moving_turn_rate"
+                ? fmt::format(" {} that ride the ground, or go level, are left out.", num_riding)
+                : fmt::format(
+                      " Of {} that ride the ground, or go level, only the directions in "
+                      "which they accelerate count.",
+                      num_riding);
     return worst;
   }
 

@@ -201,11 +201,12 @@ class PhotometricChecker : public Checker {
     cameras.is_lower_bound = true;
     cameras.unit = "cameras (at least)";
     cameras.ok = true;
+    cameras.is_of_all = true;
     cameras.is_unseen = cameras.skipped = !untold.empty();
     if (cameras.is_unseen)
       cameras.worst = fmt::format(
-          "nothing holds the images of {}: fewer than 100 patches with contrast are seen by them "
-          "and another image",
+          "no other image could be compared with those of {}: they share fewer than 100 patches "
+          "with contrast, or what these show is no coarser than noise",
           fmt::join(untold, ", "));
     cameras.summary =
         fmt::format("Cameras whose images were held against others, of {}.", num_colored);

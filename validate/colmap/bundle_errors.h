@@ -59,6 +59,10 @@ std::optional<BundleErrors> bundle_errors(const Bundle& bundle);
 
 inline constexpr std::size_t kMostBundleViews = 1000;
 
+/// Errors of keypoints on like ground are alike: figures of right datasets are up to so many times as far off as if
+/// each keypoint erred for itself (docs/validate.md).
+inline constexpr double kAlikeErrors = 8.0;
+
 /// Puts each point of two observations and more where the views that see it have it: where their rays meet nearest,
 /// then adjusted, with errors beyond a pixel weighed by their size and not by its square.
 void triangulate(Bundle& bundle);

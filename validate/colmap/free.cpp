@@ -20,9 +20,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// How many standard errors a figure may be: errors on like ground are alike (docs/validate.md).
-constexpr double kAlikeErrors = 8.0;
-
 /// What a reconstruction is measured by.
 enum Figure { kPosition, kStep, kTurn, kDrift, kNumFigures };
 

@@ -146,10 +146,6 @@ CheckResult points_result(const ColmapJob& job, const Triangulable& triangulable
   return result;
 }
 
-/// Errors of keypoints on like ground are alike: figures of right datasets are up to so many times as far off as
-/// if each erred for itself (docs/validate.md).
-constexpr double kAlikeErrors = 8.0;
-
 CheckResult reprojection_result(const Bundle& bundle, const std::string& what) {
   constexpr double kWorth_px = 0.3, kAllowed_px = 0.03;
   const std::string name = "colmap_sparse_reprojection";

@@ -169,6 +169,7 @@ void add_depth_mutations(std::vector<Mutation>& list);
 void add_flow_mutations(std::vector<Mutation>& list);
 void add_color_mutations(std::vector<Mutation>& list);
 void add_georeference_mutations(std::vector<Mutation>& list);
+void add_place_mutations(std::vector<Mutation>& list);
 void add_label_mutations(std::vector<Mutation>& list);
 void add_file_mutations(std::vector<Mutation>& list);
 void add_order_mutations(std::vector<Mutation>& list);

@@ -292,4 +292,18 @@ void add_georeference_mutations(std::vector<Mutation>& list) {
       says({"forces have gravity downwards"}));
 }
 
+void add_place_mutations(std::vector<Mutation>& list) {
+  const Catalogue add(list, true);
+  add(
+      "OnePlaceOff", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        constexpr int kRow = 4;  // KITTI's first row places all others
+        int index = 0;
+        edit_georeference(d, folder, [&](std::array<double, 8>& row) {
+          if (index++ == kRow) row[1] += 2.0 / 111132.0;
+        });
+      },
+      says({"georeference.csv: the place of", "is off by"}, 2.0, 0.02));
+}
+
 }  // namespace terracast::test

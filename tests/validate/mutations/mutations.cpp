@@ -94,6 +94,7 @@ const std::vector<Mutation>& mutations() {
     add_file_mutations(all);
     add_order_mutations(all);
     add_point_mutations(all);
+    add_place_mutations(all);
     return all;
   }();
   return list;
