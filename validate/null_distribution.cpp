@@ -110,6 +110,7 @@ void Estimates::judge(CheckResult& result) const {
     result.bound = bound;
     result.worst = fmt::format("{}: {:.3g} ± {:.1g}", e.where, e.value, e.standard_error);
   }
+  result.ok = most_used <= 1.0;
   result.smallest = most > 0.0 ? most : least;
   result.is_unseen = result.ok && num_seen() == 0;
   result.skipped = result.is_unseen;

@@ -55,8 +55,9 @@ TEST(DepthLimit, IsToldFromTheFarthestLineOfLevelGround) {
   for (const DepthAt& right : {DepthAt(hills_m), DepthAt(level_m)}) {
     const CheckResult limit = result_of("depth_limit", right);
     EXPECT_TRUE(limit.ok && !limit.skipped) << limit.value << limit.worst;
-    const CheckResult wrong =
-        result_of("depth_limit", [&](int x, int y) { return std::min(right(x, y), 110.0); });
+    const CheckResult wrong = result_of("depth_limit", [&](int x, int y) {
+      return std::min(right(x, y), right(80, 0) - 0.2 * (right(80, 0) - right(80, 119)));
+    });
     EXPECT_FALSE(wrong.ok) << wrong.value;
   }
 }
