@@ -51,6 +51,13 @@ TEST(DepthLevels, AreToldFromLevelGround) {
   }
 }
 
+// From 10 km above level ground, all but straight down, float32 has a step for every sixth pixel.
+TEST(DepthLevels, AreNotAskedWhereFloatsAreTooCoarse) {
+  const CheckResult levels =
+      result_of("depth_levels", [](int x, int y) { return 10000.0 + 0.003 * x + 0.004 * y; });
+  EXPECT_TRUE(levels.ok && levels.is_unseen) << levels.value;
+}
+
 TEST(DepthLimit, IsToldFromTheFarthestLineOfLevelGround) {
   for (const DepthAt& right : {DepthAt(hills_m), DepthAt(level_m)}) {
     const CheckResult limit = result_of("depth_limit", right);

@@ -16,15 +16,16 @@ namespace {
 
 /// What one depth image shows.
 struct DepthMarks {
-  double runs_per_value =
-      0.0;  ///< stretches of one depth by different depths; along rows or columns, of which it is less
-  double share_at_most =
-      0.0;  ///< pixels of the greatest depth, to the bit, as those to their right and below
+  /// Stretches of pixels of one depth, to the bit, by different depths; along rows or columns, of which it is less.
+  double stretches_per_value = 0.0;
+  double share_at_most = 0.0;  ///< pixels of the greatest depth, as those to their right and below
   std::optional<DepthSteps> steps;
 };
 
-/// Level ground is equally deep along a line of the image: it has a stretch of each depth, and no area of it. What is in
-/// steps has many, and what is cut has an area.
+/// Level ground is equally deep along a line of the image: it has one stretch of each depth, and no area. What is in
+/// steps has many stretches of each, and what is cut has an area.
+/// returns  nothing of few depths, of one alone (level ground from straight above), and where float32 itself has hardly
+///          more steps between the nearest and the farthest than there are pixels
 std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
   std::vector<float> values;
   std::int64_t num_along_rows = 0, num_along_columns = 0;
@@ -40,11 +41,13 @@ std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
   if (values.size() < kEnough) return std::nullopt;
   const auto count = static_cast<double>(values.size());
   std::sort(values.begin(), values.end());
-  const float most = values.back();
+  const float least = values.front(), most = values.back();
+  constexpr double kMoreSteps = 4.0;
+  const float next = std::nextafter(most, std::numeric_limits<float>::infinity());
+  if (static_cast<double>(most - least) < kMoreSteps * count * static_cast<double>(next - most))
+    return std::nullopt;
   const auto num_different =
       std::distance(values.begin(), std::unique(values.begin(), values.end()));
-  // One depth everywhere is level ground seen straight from above.
-  if (num_different == 1) return std::nullopt;
   std::int64_t num_at_most = 0;
   for (int y = 0; y + 1 < depth.height(); ++y)
     for (int x = 0; x + 1 < depth.width(); ++x)
@@ -76,7 +79,7 @@ class DepthChecker : public Checker {
     for (std::size_t camera = 0; camera < num_cameras; ++camera) {
       if (!marks[camera]) continue;
       if (marks[camera]->steps) shares_in_steps_.push_back(marks[camera]->steps->share);
-      runs_per_value_.push_back(marks[camera]->runs_per_value);
+      stretches_per_value_.push_back(marks[camera]->stretches_per_value);
       share_at_most_.push_back(marks[camera]->share_at_most);
       if (marks[camera]->share_at_most < worst_share_ && !worst_place_.empty()) continue;
       worst_share_ = marks[camera]->share_at_most;
@@ -96,7 +99,7 @@ class DepthChecker : public Checker {
       return has_depth ? why : "the dataset holds no depth";
     };
     std::vector<CheckResult> results;
-    if (runs_per_value_.empty()) {
+    if (stretches_per_value_.empty()) {
       const char* why = why_none("no image has 2000 depths off level ground seen from above");
       results = {none("depth_levels", why), none("depth_limit", why)};
     } else {
@@ -112,8 +115,8 @@ class DepthChecker : public Checker {
   CheckResult levels_result() {
     CheckResult levels;
     levels.name = "depth_levels";
-    levels.value = median(runs_per_value_);
-    levels.bound = 20.0;
+    levels.value = median(stretches_per_value_);
+    levels.bound = 3.0;
     levels.unit = "stretches";
     levels.ok = levels.is_within_bound();
     levels.summary =
@@ -122,7 +125,7 @@ class DepthChecker : public Checker {
     levels.reason =
         "float32 tells depths of 100 m apart to 8 µm: nearly every pixel has its own, or, of level "
         "ground, every line.";
-    levels.detects = "depth of 8 bits, or in steps of that size";
+    levels.detects = "depth of 10 bits, or in steps of that size";
     return levels;
   }
 
@@ -163,7 +166,7 @@ class DepthChecker : public Checker {
 
   ValidateOptions options_;
   std::vector<double> shares_in_steps_;
-  std::vector<double> runs_per_value_, share_at_most_;
+  std::vector<double> stretches_per_value_, share_at_most_;
   double worst_share_ = 0.0;
   std::string worst_place_;
 };

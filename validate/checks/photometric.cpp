@@ -196,10 +196,8 @@ class PhotometricChecker : public Checker {
       if (has_color && !told.contains(camera.name)) untold.push_back(camera.name);
     }
     if (num_colored == 0) return skipped_result(cameras.name, "the dataset holds no images");
-    cameras.value = static_cast<double>(num_colored - untold.size());
-    cameras.bound = cameras.value;
-    cameras.is_lower_bound = true;
-    cameras.unit = "cameras (at least)";
+    cameras.value = static_cast<double>(untold.size());
+    cameras.unit = "cameras";
     cameras.ok = true;
     cameras.is_of_all = true;
     cameras.is_unseen = cameras.skipped = !untold.empty();
@@ -209,7 +207,7 @@ class PhotometricChecker : public Checker {
           "with contrast, or what these show is no coarser than noise",
           fmt::join(untold, ", "));
     cameras.summary =
-        fmt::format("Cameras whose images were held against others, of {}.", num_colored);
+        fmt::format("Cameras, of {}, whose images could not be compared with others.", num_colored);
     cameras.reason = "What no other image shows may be anything.";
     cameras.detects = "nothing by itself: it says whose images were not looked at";
     return cameras;
