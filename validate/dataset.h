@@ -127,6 +127,7 @@ struct Sequence {
   /// The format's own files state the calibration and the times that are believed, where rigs have errors;
   /// intrinsics, poses, models and times here are the true ones all the same (validate/belief.h).
   bool states_belief = false;
+  bool has_poses_of_rows = false;  ///< the format has no poses but those of georeference.csv
   /// Of motion.csv, one a frame; empty: none is there.
   std::vector<std::optional<BodyMotion>> motion;
   std::optional<Moving> moving;  ///< nothing: all stands still but the cameras

@@ -91,8 +91,8 @@ std::vector<Pose> poses_part(const std::vector<Pose>& first_from_camera0, const 
 Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                  const std::vector<int>& kept_cameras) {
   const auto& [name, path, num_all_frames, rate_hz, utc_start, origin, geometry, times_s,
-               states_belief, motion, moving, cameras, stereo, classes, local_from_first,
-               binary_model, text_model, believed_model, oxts, camera0_from_imu,
+               states_belief, has_poses_of_rows, motion, moving, cameras, stereo, classes,
+               local_from_first, binary_model, text_model, believed_model, oxts, camera0_from_imu,
                first_from_camera0] = sequence;
   const Span span{
       .first = first_frame, .count = num_frames, .start_s = first_frame / sequence.rate_hz};
@@ -105,6 +105,7 @@ Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                 .geometry = geometry,
                 .times_s = span.cut_times(times_s),
                 .states_belief = states_belief,
+                .has_poses_of_rows = has_poses_of_rows,
                 .motion = span.cut(motion),
                 .moving = moving_part(moving, span),
                 .cameras = {},

@@ -284,7 +284,9 @@ const std::vector<Corruption>& corruptions() {
        0.0,
        &turn_images,
        {},
-       {"photometric_correlation", "photometric_frames", "photometric_cameras"},
+       {"photometric_correlation", "photometric_frames", "photometric_cameras",
+        // Where a camera all but stands still, what it shows looks alike either way.
+        "photometric_principal_point", "photometric_rotation"},
        {"color_flipped"}},
       {"flow of a camera negated", "", 0.0, 0.0, &negate_flow, {}, {"flow"}, {"flow_sign"}}};
   return all;

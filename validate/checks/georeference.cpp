@@ -123,6 +123,13 @@ class GeoreferenceChecker : public Checker {
         result.ok = false;
         result.worst = "no pose has a row in georeference.csv";
       }
+    else if (sequence.has_poses_of_rows)
+      for (CheckResult* result : {&results[0], &results[1]}) {
+        std::vector<CheckResult::Plot> plots = std::move(result->plots);
+        *result =
+            unseen_result(result->name, "the format has no poses but those of georeference.csv");
+        result->plots = std::move(plots);
+      }
     return results;
   }
 };

@@ -135,11 +135,15 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   const double typical = median(ordered);
   for (std::size_t i = 0; i < residuals.size(); ++i)
     residuals[i].sigma = std::sqrt(roughness[i] * roughness[i] + 0.01 * typical * typical + 1e-12);
-  summary.part = Evidence::sum(pair, residuals);
   const double typical_m = median(depths);
+  std::array<double, 2> scales{};
   if (typical_m > 0.0)
-    summary.part.pixels_per_metre = {pixels_per_metre(k_a, typical_m),
-                                     pixels_per_metre(k_b, typical_m)};
+    scales = {pixels_per_metre(k_a, typical_m), pixels_per_metre(k_b, typical_m)};
+  // Where many pixels fall on one of the other image they all have that one's error.
+  constexpr double kMuchCoarser = 0.25;
+  if (scales[1] < kMuchCoarser * scales[0]) residuals.clear();
+  summary.part = Evidence::sum(pair, residuals);
+  summary.part.pixels_per_metre = scales;
   return summary;
 }
 

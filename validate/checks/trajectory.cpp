@@ -58,11 +58,19 @@ class TrajectoryChecker : public Checker {
           steps.push_back((poses[i + 1]->translation - poses[i]->translation).norm());
       }
       const double typical_m = std::max(median(steps), 1e-9);
+      // A camera far out on a body that turns on the spot jumps, and the body does not.
+      const Pose camera_from_body =
+          camera.body_from_camera ? camera.body_from_camera->inverse() : Pose{};
       for (std::size_t i = 1; i + 1 < poses.size(); ++i) {
         if (!poses[i - 1] || !poses[i] || !poses[i + 1]) continue;
         const std::string where = fmt::format("{}, frame {}", camera.name, i);
-        note_worst(jumps, step_change_m(*poses[i - 1], *poses[i], *poses[i + 1]) / typical_m,
-                   where);
+        const double of_body_m =
+            step_change_m(*poses[i - 1] * camera_from_body, *poses[i] * camera_from_body,
+                          *poses[i + 1] * camera_from_body);
+        note_worst(
+            jumps,
+            std::min(of_body_m, step_change_m(*poses[i - 1], *poses[i], *poses[i + 1])) / typical_m,
+            where);
         ++num_steps;
       }
       note_turns(poses, camera.name, turns, num_middles);
@@ -73,7 +81,8 @@ class TrajectoryChecker : public Checker {
     orthonormal.detects = "a quaternion or matrix row off by 1e-5";
     jumps.summary = fmt::format(
         "Largest of {} changes from one step between frames to the next, in typical (median) "
-        "steps; in the local frame or in the camera's axes, whichever is less.",
+        "steps; of the camera or of the body that it is mounted on, in the local frame or in its "
+        "own axes, whichever is least.",
         num_steps);
     jumps.reason =
         "Flight keeps its step in its own axes, even where it turns by 90 deg a frame; a row that "

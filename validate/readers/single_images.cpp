@@ -3,6 +3,7 @@
 namespace terracast::validate {
 
 void take_georeferenced_poses(Sequence& sequence) {
+  sequence.has_poses_of_rows = true;
   const Pose local_from_ecef = ecef_from_local(sequence.origin).inverse();
   for (Camera& camera : sequence.cameras)
     for (std::size_t i = 0; i < camera.georeference.size(); ++i) {
