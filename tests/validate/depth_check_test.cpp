@@ -6,7 +6,7 @@
 
 #include "tests/validate/still_images.h"
 
-/// What single depth images tell of steps and limits, over surfaces in closed form.
+/// Steps and limits in single depth images of surfaces in closed form.
 namespace terracast::validate {
 namespace {
 
@@ -40,7 +40,7 @@ TEST(DepthLevels, AreToldFromLevelGround) {
     const CheckResult levels = result_of("depth_levels", right);
     EXPECT_TRUE(levels.ok && !levels.skipped) << levels.value << levels.worst;
     EXPECT_NEAR(levels.value, 1.0, 0.05);
-    // Of 8 to 10 bits from the nearest to the farthest.
+    // Depth quantised to 8, 9 and 10 bits.
     for (const double num_steps : {255.0, 511.0, 1023.0}) {
       if (right(3, 7) == right(9, 7)) continue;  // of level ground steps are lines too
       const double step_m = 70.0 / num_steps;

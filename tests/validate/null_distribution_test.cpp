@@ -166,7 +166,7 @@ TEST(JudgedEstimates, ThatCouldNotTellAreUnseen) {
   EXPECT_FALSE(result.is_unseen);
 }
 
-/// Of points that are wrong with a probability, those that are, drawn by seed.
+/// Draws which points are wrong, each with the same probability.
 ShareOfPoints drawn_share(std::int64_t num_points, double share, std::uint64_t seed) {
   ShareOfPoints part{0, num_points, "drawn"};
   for (std::int64_t i = 0; i < num_points; ++i)
@@ -179,7 +179,7 @@ TEST(JudgedShares, FewPointsMayBeMoreByChanceAndManyNotBeyondWhatIsAllowed) {
     std::int64_t num_wrong, num_points;
     bool is_ok;
   };
-  // Of 100 points three are no news at 2 %, as are six of ten thousand at 1e-5; of a million 3 % are.
+  // Where 2 % are allowed, 3 of 100 wrong points are no evidence, and 30 000 of a million are.
   for (const auto& [allowance, one] : {std::pair{0.02, Case{3, 100, true}},
                                        {1e-5, Case{6, 10000, true}},
                                        {0.02, Case{30000, 1000000, false}},
@@ -204,7 +204,7 @@ TEST(JudgedShares, FindSharesOfTheSizeThatTheySay) {
     CheckResult result;
     none.judge(result);
     ASSERT_TRUE(result.ok && !result.is_unseen);
-    // Of 300 draws 297 are found in the mean, three standard errors less at least.
+    // 297 of 300 draws are found on average; three standard errors below that is the least.
     constexpr int kDraws = 300;
     int num_found = 0;
     for (int draw = 0; draw < kDraws; ++draw) {
@@ -219,7 +219,7 @@ TEST(JudgedShares, FindSharesOfTheSizeThatTheySay) {
   }
 }
 
-// Of one point that is wrong nothing follows; a part near its bound is what is told of.
+// A single wrong point proves nothing: the report names the part that is nearest to its bound.
 TEST(JudgedShares, ThePartThatIsLeastProbableStandsForAll) {
   PointShares shares(0.02, 0.5);
   shares.add({1, 1, "small"});

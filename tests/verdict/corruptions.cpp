@@ -95,7 +95,7 @@ double likeness_of(const core::Image8& a, const core::Image8& b) {
 }
 
 bool exchange_images(const fs::path& folder, Draws& draws, double) {
-  // Where hardly anything moves the images of two frames are the same.
+  // The images of two frames are the same where hardly anything moves.
   constexpr double kSame = 0.9;
   auto images = images_of(folder);
   std::erase_if(images, [&](const auto& one) {
@@ -285,7 +285,7 @@ const std::vector<Corruption>& corruptions() {
        &turn_images,
        {},
        {"photometric_correlation", "photometric_frames", "photometric_cameras",
-        // Where a camera all but stands still, what it shows looks alike either way.
+        // A camera that hardly moves shows the same in all frames, upside down or not.
         "photometric_principal_point", "photometric_rotation"},
        {"color_flipped"}},
       {"flow of a camera negated", "", 0.0, 0.0, &negate_flow, {}, {"flow"}, {"flow_sign"}}};

@@ -69,8 +69,8 @@ struct RightJob {
 /// Runs jobs, and keeps their exports and reports.
 class JobRunner {
  public:
-  /// What a job said of itself; nothing of one that is drawn no world, or that the program refuses to fly, as where its
-  /// ground is in the way.
+  /// returns  nothing for a seed without a world, or where the program refuses the job, for example because the flight
+  ///          meets the ground
   std::optional<RightJob> run(std::uint64_t seed) {
     const GeneratedJob job = generate_job(seed, {.has_data = false, .is_small = true});
     if (job.world == nullptr) return std::nullopt;
@@ -128,7 +128,7 @@ std::vector<fs::path> exports_of(const RightJob& job) {
   return folders;
 }
 
-/// What became of a corrupted dataset.
+/// How a corrupted dataset was judged.
 enum class Outcome {
   Found,      ///< by a check that is for it, or named
   Otherwise,  ///< by other checks alone
