@@ -139,7 +139,7 @@ std::int64_t PointShares::num_points() const {
 }
 
 void PointShares::judge(CheckResult& result) const {
-  // Of few points none are too many: such a part tells nothing.
+  // A part of so few points that even all of them wrong would prove nothing cannot be judged.
   const auto tells = [&](const ShareOfPoints& part, double probability) {
     return binomial_tail(part.num_points, part.num_points, allowance_) < probability;
   };

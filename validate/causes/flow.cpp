@@ -175,7 +175,7 @@ bool is_of_kind(const Trial& trial, const Part& part, const Kind& kind) {
   std::size_t num_same = 0;
   bool is_any_wrong = false;
   for (const Side& side : sides_of(trial, part)) {
-    // Of the pairs that there are frames for; frames count backwards from the later one.
+    // Backward flow starts at the later frame. Pairs whose frames are not at hand are skipped.
     const int way = side.is_forward ? 1 : -1;
     const double off_px =
         difference(trial, side.camera, side.of(trial), side.from() + way * kind.from,
@@ -230,7 +230,7 @@ void add_kind(const Part& part, const Kind& kind, std::vector<Hypothesis>& hypot
 void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   const std::vector<Part> parts = parts_of(symptoms.trial);
   for (const Kind& kind : kKinds) {
-    // Flow of another pair is told by the forward fields alone: backward ones may be of no pair at all.
+    // Flow of another pair is recognised by the forward fields; backward ones may belong to no pair at all.
     if (kind.from != 0 || kind.to != 1) {
       if (is_of_kind(symptoms.trial, parts[1], kind)) add_kind(parts[0], kind, hypotheses);
       continue;

@@ -203,7 +203,7 @@ class ColorsChecker : public Checker {
   }
 
  private:
-  /// Of each camera the middle one of its images, which are much alike.
+  /// Judges the median image of each camera; the images of a camera are much alike.
   CheckResult blocks_result() {
     CheckResult blocks;
     blocks.name = "colors_blocks";

@@ -122,7 +122,7 @@ class StepComparison {
         contradict(x, y, "flow is not finite, and not longer than the format can hold");
       return;
     }
-    // What is too long to be held has no masks either.
+    // Flow that is too long for the format has no masks either.
     if (k_b.contains(place->pixel, kFlowBorder_px) && !says_in_view)
       contradict(x, y, "in the other's field of view, but masked out");
     if (!k_b.contains(place->pixel, -kFlowBorder_px) && says_in_view)

@@ -66,14 +66,14 @@ std::optional<Eigen::MatrixXd> directions_of_rider(
     if (parts.singularValues()[k] <= least) continue;
     directions.conservativeResize(Eigen::NoChange, directions.cols() + 1);
     directions.rightCols<1>() = parts.matrixV().col(k);
-    // What is left of up is across all of them.
+    // This leaves the part of up that is orthogonal to all of them.
     up -= parts.matrixV().col(k).z() * parts.matrixV().col(k);
   }
   if (up.norm() <= kNearVertical) return std::nullopt;
   return directions;
 }
 
-/// What a motion is along some directions.
+/// The part of a motion along some directions, given as orthonormal columns.
 std::vector<std::optional<StatedMotion>> along(std::vector<std::optional<StatedMotion>> motions,
                                                const Eigen::MatrixXd& directions) {
   const Eigen::Matrix3d part = directions * directions.transpose();

@@ -139,7 +139,7 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   std::array<double, 2> scales{};
   if (typical_m > 0.0)
     scales = {pixels_per_metre(k_a, typical_m), pixels_per_metre(k_b, typical_m)};
-  // Where many pixels fall on one of the other image they all have that one's error.
+  // Where many pixels fall on a single pixel of the other image, all of them share the error of that pixel.
   constexpr double kMuchCoarser = 0.25;
   if (scales[1] < kMuchCoarser * scales[0]) residuals.clear();
   summary.part = Evidence::sum(pair, residuals);
