@@ -49,4 +49,10 @@ Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
   return turn.angle() * turn.axis();
 }
 
+Eigen::Matrix3d halfway(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
+  const Eigen::Vector3d half_turn = 0.5 * rotation_vector(from.transpose() * to);
+  if (half_turn.isZero()) return from;
+  return from * Eigen::AngleAxisd(half_turn.norm(), half_turn.normalized()).toRotationMatrix();
+}
+
 }  // namespace terracast::validate

@@ -134,5 +134,7 @@ double rotation_angle_rad(const Eigen::Matrix3d& rotation);
 
 /// The rotation vector (axis times angle, rad) of a rotation by less than pi.
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
+/// The attitude in the middle between two, along the shorter turn.
+Eigen::Matrix3d halfway(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to);
 
 }  // namespace terracast::validate

@@ -104,6 +104,13 @@ Imaging imaging_of_settings(const std::string& settings, const std::string& wher
     const auto entry = entries.find(key);
     return entry == entries.end() ? std::string() : entry->second;
   };
+  const auto is_above_0 = [&](const char* key) {
+    const std::string number = word_of(key);
+    return !number.empty() && parse_number(number, where) > 0.0;
+  };
+  const std::string polynomial = word_of("lens.vignetting_polynomial");
+  imaging.has_shading = is_above_0("lens.vignetting_exponent") || is_above_0("soiling.smudges") ||
+                        (!polynomial.empty() && polynomial != "[]");
   if (const std::string mode = word_of("color.white_balance"); !mode.empty()) {
     imaging.white_balance = mode;
     if (mode == "temperature") imaging.white_balance += " " + word_of("color.temperature_k");

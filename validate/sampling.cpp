@@ -62,8 +62,43 @@ CubicSample interpolate(const Corner& corner, const ValueAt& value_at) {
 
 constexpr double kLeastContrast = 1.5;  // grey levels: below it rounding to 8 bits rules
 
+using PatchValues = std::array<double, kPatchPixels>;
+
+/// Takes off what two images of one place need not have in common: an offset, and where brightness goes along with
+/// the images a slope.
+void take_off(PatchValues& values, bool has_shading) {
+  double sum = 0.0, sum_x = 0.0, sum_y = 0.0;
+  std::size_t k = 0;
+  for (int y = -kPatchRadius_px; y <= kPatchRadius_px; ++y)
+    for (int x = -kPatchRadius_px; x <= kPatchRadius_px; ++x, ++k) {
+      sum += values[k];
+      sum_x += x * values[k];
+      sum_y += y * values[k];
+    }
+  // Of x^2 over the patch; offset and slopes are at right angles.
+  constexpr double kSquares = kPatchSide_px * 2.0 * (1.0 + 4.0 + 9.0);
+  static_assert(kPatchRadius_px == 3);
+  const double mean = sum / kPatchPixels;
+  const double by_x = has_shading ? sum_x / kSquares : 0.0;
+  const double by_y = has_shading ? sum_y / kSquares : 0.0;
+  k = 0;
+  for (int y = -kPatchRadius_px; y <= kPatchRadius_px; ++y)
+    for (int x = -kPatchRadius_px; x <= kPatchRadius_px; ++x, ++k)
+      values[k] -= mean + by_x * x + by_y * y;
+}
+
+double product_of(const PatchValues& a, const PatchValues& b) {
+  double product = 0.0;
+  for (std::size_t k = 0; k < kPatchPixels; ++k) product += a[k] * b[k];
+  return product;
+}
+
+bool has_shading(const View& a, const View& b) {
+  return a.camera->imaging.has_shading || b.camera->imaging.has_shading;
+}
+
 struct Patch {
-  std::array<double, kPatchPixels> values{};
+  PatchValues values{};
   std::array<Eigen::Vector2d, kPatchPixels> predicted;
 
   /// Whether the other image shows it about as large, along both axes of the stretch. Else one
@@ -82,33 +117,28 @@ struct Patch {
   }
 };
 
-/// Of two windows of a patch's size in the luma of colours, zero-mean and normalised.
-double correlation_of_windows(const core::Image8& color, int x, int y, int shift_x, int shift_y) {
-  const auto luma = [&](int column, int row) {
-    return 0.299 * color(column, row, 0) + 0.587 * color(column, row, 1) +
-           0.114 * color(column, row, 2);
-  };
-  double sums[2] = {0.0, 0.0}, squares[2] = {0.0, 0.0}, product = 0.0;
-  for (int dy = -kPatchRadius_px; dy <= kPatchRadius_px; ++dy)
-    for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx) {
-      const double a = luma(x + dx, y + dy);
-      const double b = luma(x + dx + shift_x, y + dy + shift_y);
-      sums[0] += a;
-      sums[1] += b;
-      squares[0] += a * a;
-      squares[1] += b * b;
-      product += a * b;
-    }
-  const double power = (squares[0] - sums[0] * sums[0] / kPatchPixels) *
-                       (squares[1] - sums[1] * sums[1] / kPatchPixels);
-  return power > 0.0 ? (product - sums[0] * sums[1] / kPatchPixels) / std::sqrt(power) : 0.0;
+/// A window of a patch's size in the luma of colours.
+PatchValues window_at(const core::Image8& color, int x, int y, bool has_shading) {
+  PatchValues values;
+  std::size_t k = 0;
+  for (int row = y - kPatchRadius_px; row <= y + kPatchRadius_px; ++row)
+    for (int column = x - kPatchRadius_px; column <= x + kPatchRadius_px; ++column, ++k)
+      values[k] = 0.299 * color(column, row, 0) + 0.587 * color(column, row, 1) +
+                  0.114 * color(column, row, 2);
+  take_off(values, has_shading);
+  return values;
 }
 
-double own_correlation_at(const core::Image8& color, int x, int y) {
+double own_correlation_at(const core::Image8& color, int x, int y, bool has_shading) {
   if (color.empty()) return 1.0;
   const auto inward = [](int at, int size) { return 2 * at < size ? 1 : -1; };
-  return 0.5 * (correlation_of_windows(color, x, y, inward(x, color.width()), 0) +
-                correlation_of_windows(color, x, y, 0, inward(y, color.height())));
+  const PatchValues here = window_at(color, x, y, has_shading);
+  const auto correlation_with = [&](const PatchValues& beside) {
+    const double power = product_of(here, here) * product_of(beside, beside);
+    return power > 0.0 ? product_of(here, beside) / std::sqrt(power) : 0.0;
+  };
+  return 0.5 * (correlation_with(window_at(color, x + inward(x, color.width()), y, has_shading)) +
+                correlation_with(window_at(color, x, y + inward(y, color.height()), has_shading)));
 }
 
 /// Whether the surface through the places of a patch's corners lies level, on an Earth that is round.
@@ -129,43 +159,37 @@ bool lies_level(const View& a, const std::array<Eigen::Vector3d, 4>& corners) {
 }
 
 /// Gauss-Newton on the difference of the normalised patches.
-void align(const core::ImageF& image, const Patch& patch, PatchMatch& match) {
-  double mean_a = 0.0;
-  for (const double value : patch.values) mean_a += value / kPatchPixels;
-  double power_a = 0.0;
-  for (const double value : patch.values) power_a += (value - mean_a) * (value - mean_a);
-  if (power_a < kLeastContrast * kLeastContrast * kPatchPixels) return;
+void align(const core::ImageF& image, const Patch& patch, bool has_shading, PatchMatch& match) {
+  constexpr double kLeastPower = kLeastContrast * kLeastContrast * kPatchPixels;
+  PatchValues of_a = patch.values;
+  take_off(of_a, has_shading);
+  const double power_a = product_of(of_a, of_a);
+  if (power_a < kLeastPower) return;
   constexpr int kMostTurns = 8;
   constexpr double kFarthest_px = 3.0;  // half the patch: farther off it is another place
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   for (int turn = 0; turn < kMostTurns; ++turn) {
-    std::array<CubicSample, kPatchPixels> seen;
-    double mean_b = 0.0;
-    Eigen::Vector2d mean_gradient = Eigen::Vector2d::Zero();
+    PatchValues of_b, by_x, by_y;
     for (std::size_t k = 0; k < kPatchPixels; ++k) {
       const Eigen::Vector2d at = patch.predicted[k] + shift;
       if (!has_cubic_support(image, at)) return;
-      seen[k] = sample_cubic(image, at);
-      mean_b += seen[k].value / kPatchPixels;
-      mean_gradient += seen[k].gradient / kPatchPixels;
+      const CubicSample seen = sample_cubic(image, at);
+      of_b[k] = seen.value;
+      by_x[k] = seen.gradient.x();
+      by_y[k] = seen.gradient.y();
     }
-    double power_b = 0.0;
-    double product = 0.0;
-    for (std::size_t k = 0; k < kPatchPixels; ++k) {
-      power_b += (seen[k].value - mean_b) * (seen[k].value - mean_b);
-      product += (seen[k].value - mean_b) * (patch.values[k] - mean_a);
-    }
-    if (power_b < kLeastContrast * kLeastContrast * kPatchPixels) return;
+    for (PatchValues* values : {&of_b, &by_x, &by_y}) take_off(*values, has_shading);
+    const double power_b = product_of(of_b, of_b);
+    if (power_b < kLeastPower) return;
+    const double product = product_of(of_a, of_b);
     if (turn == 0) match.correlation = product / std::sqrt(power_a * power_b);
     const double gain = product / power_b;
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    for (std::size_t k = 0; k < kPatchPixels; ++k) {
-      const Eigen::Vector2d gradient = seen[k].gradient - mean_gradient;
-      const double difference = patch.values[k] - mean_a - gain * (seen[k].value - mean_b);
-      normal += gradient * gradient.transpose();
-      right += gradient * difference;
-    }
+    PatchValues difference;
+    for (std::size_t k = 0; k < kPatchPixels; ++k) difference[k] = of_a[k] - gain * of_b[k];
+    Eigen::Matrix2d normal;
+    normal << product_of(by_x, by_x), product_of(by_x, by_y),  //
+        product_of(by_x, by_y), product_of(by_y, by_y);
+    const Eigen::Vector2d right(product_of(by_x, difference), product_of(by_y, difference));
     if (!(gain > 0.2) || normal.determinant() < 0.02 * normal.trace() * normal.trace()) return;
     const Eigen::Vector2d step = normal.inverse() * right / gain;
     shift += step;
@@ -316,7 +340,7 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
       if (dx == 0 && std::abs(dy) == kPatchRadius_px) corners[dy < 0 ? 2 : 3] = place->point_a;
     }
   match.is_level = lies_level(a, corners);
-  match.own_correlation = own_correlation_at(a.image->color, x, y);
+  match.own_correlation = own_correlation_at(a.image->color, x, y, has_shading(a, b));
   if (!b.image->depth.empty()) {  // a patch that something hides in `b` is no match
     const auto seen = sample_inverse_depth(b.image->depth, match.place.pixel);
     if (!seen || std::abs(seen->inverse_depth.value * match.place.distance_b_m - 1.0) > 0.02)
@@ -325,7 +349,7 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
   }
   match.is_resolved = match.is_resolved && is_resolved(depth, x, y);
   if (!patch.keeps_its_size()) return std::nullopt;
-  align(b.image->grey, patch, match);
+  align(b.image->grey, patch, has_shading(a, b), match);
   if (match.correlation == 0.0) return std::nullopt;
   return match;
 }
@@ -350,7 +374,7 @@ std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View&
       if (!has_cubic_support(right.image->grey, patch.predicted[k])) return std::nullopt;
       if (dx == 0 && dy == 0) match.place.pixel = patch.predicted[k];
     }
-  align(right.image->grey, patch, match);
+  align(right.image->grey, patch, has_shading(left, right), match);
   if (match.correlation == 0.0) return std::nullopt;
   return match;
 }

@@ -65,7 +65,7 @@ Eigen::Matrix<double, 3, 2> unprojection_jacobian(const Intrinsics& camera,
 double pixels_per_metre(const Intrinsics& camera, double distance_m);
 
 /// Where the image content of `b` stands against where the geometry says: the sub-pixel shift
-/// (Lucas and Kanade, with gain and offset free) that brings `b`, sampled through depth and poses,
+/// (Lucas and Kanade, with gain and offset free, and with a slope of brightness where the lenses shade) that brings `b`, sampled through depth and poses,
 /// onto a 7 x 7 patch of `a`.
 struct PatchMatch {
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< seen minus predicted, in `b`

@@ -18,6 +18,7 @@ class Draws {
       stream_ = core::stream_of(stream_, static_cast<unsigned char>(letter));
   }
 
+  std::uint64_t seed() const { return seed_; }
   double unit() { return core::random_unit(seed_, stream_, index_++); }
   bool chance(double probability) { return unit() < probability; }
   double between(double lowest, double highest) { return lowest + (highest - lowest) * unit(); }

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "tests/jobs/draws.h"
+#include "tests/jobs/recorded_flight.h"
 #include "tests/jobs/rigs.h"
 
 namespace terracast::test {
@@ -31,6 +32,7 @@ struct Flight {
   double agl_m = 100.0;
   double speed_mps = 10.0;
   double heading_deg = 0.0;
+  std::string log;  ///< of one that is recorded: "log.csv"
 };
 
 const JobWorld& draw_world(Draws draws) {
@@ -78,8 +80,11 @@ Flight draw_flight(Draws draws, const JobWorld& world, const JobSize& size) {
       std::clamp(step_m / size.frame_s, 0.05, std::min(250.0, 0.5 * world.reach_m / time_s));
   const double way_m = flight.speed_mps * time_s;
   const double h = flight.agl_m;
-  enum Kind { kStraight, kTurning, kForward, kHover, kOrbit, kLoop, kExplore, kSurvey };
+  enum Kind { kStraight, kTurning, kForward, kHover, kOrbit, kLoop, kExplore, kSurvey, kRecorded };
   int kind = draws.weighted({2.0, 2.0, 2.0, 1.0, 2.0, 1.0, 0.5, 0.5});
+  // Its own draws, so that the other flights stay what they were.
+  Draws of_log(draws.seed(), "recorded flight");
+  if (of_log.chance(0.15) && flight.speed_mps < 30.0) kind = kRecorded;
   if (kind == kExplore && (way_m > 1500.0 || flight.speed_mps > 40.0 || h > 600.0)) kind = kTurning;
   if (kind == kSurvey && (h < 30.0 || h > 600.0)) kind = kStraight;
   const double heading = flight.heading_deg * 3.14159265358979 / 180.0;
@@ -90,7 +95,8 @@ Flight draw_flight(Draws draws, const JobWorld& world, const JobSize& size) {
   std::string& text = flight.text;
   text = fmt::format("name = \"P000\"\nrate_hz = {:.6f}\nnum_frames = {}\n", 1.0 / size.frame_s,
                      size.num_frames);
-  if (kind != kSurvey) text += fmt::format("speed_mps = {:.4f}\n", flight.speed_mps);
+  if (kind != kSurvey && kind != kRecorded)
+    text += fmt::format("speed_mps = {:.4f}\n", flight.speed_mps);
   switch (kind) {
     case kStraight: {
       const double length_m = std::max(1.3 * way_m, 20.0);
@@ -143,6 +149,18 @@ Flight draw_flight(Draws draws, const JobWorld& world, const JobSize& size) {
           std::min(0.1 * h, 10.0), draws.unit());
       break;
     }
+    case kRecorded: {
+      flight.log = draw_log(of_log, {.frame_s = size.frame_s,
+                                     .duration_s = time_s,
+                                     .speed_mps = flight.speed_mps,
+                                     .climb_m = 0.3 * h});
+      text += fmt::format(
+          "kind = \"recorded\"\nfile = \"log.csv\"\nformat = \"csv\"\nframe = \"local\"\n"
+          "place_columns = [\"x\", \"y\", \"z\"]\norigin = {}\nmax_gap_s = {:.3f}\n",
+          at(flight.start, h), 100.0 * size.frame_s);
+      if (of_log.chance(0.5)) text += "attitude_columns = [\"yaw\", \"pitch\", \"roll\"]\n";
+      break;
+    }
     case kExplore: {
       const double side_m = 500.0 + h;
       text += fmt::format(
@@ -169,11 +187,11 @@ Flight draw_flight(Draws draws, const JobWorld& world, const JobSize& size) {
           flight.start.north_m + side_m);
     }
   }
-  if (kind != kExplore && kind != kSurvey)
+  if (kind != kExplore && kind != kSurvey && kind != kRecorded)
     text +=
         fmt::format("terrain_following = true\nmax_climb_deg = 75.0\nfollow_length_m = {:.1f}\n",
                     std::clamp(0.5 * h, 20.0, 2000.0));
-  text += fmt::format("min_agl_m = {:.2f}\n", 0.6 * h);
+  text += fmt::format("min_agl_m = {:.2f}\n", (kind == kRecorded ? 0.3 : 0.6) * h);
   if (draws.chance(0.2)) text += "bank = \"none\"\n";
   if (draws.chance(0.2)) text += "pitch = \"level\"\n";
   return flight;
@@ -334,6 +352,7 @@ GeneratedJob generate_job(std::uint64_t seed, const JobChoice& choice) {
   set("tracks.num_points", fmt::format("{}", draws.among({2000, 4000, 4000, 8000})));
   set("rigs", add_list(job, "rig", rig_texts));
   set("trajectories", add_list(job, "flight", {flight.text}));
+  if (!flight.log.empty()) job.files.push_back({"log.csv", flight.log});
   set("moving", add_list(job, "body", draw_movers(Draws(seed, "movers"), world, flight)));
   set("traffic", add_list(job, "traffic", draw_traffic(Draws(seed, "traffic"), world, flight)));
   set("conditions", "\"@conditions.toml\"");

@@ -30,6 +30,14 @@ TEST(ImagingSettings, AreReadBySectionAndKey) {
   EXPECT_DOUBLE_EQ(imaging.blue_scale, 1.016);
   EXPECT_EQ(imaging.white_balance, "temperature 3200.0");
   EXPECT_EQ(imaging_of_settings("", "cam0"), Imaging{});
+  EXPECT_FALSE(imaging.has_shading);
+  for (const char* shades :
+       {"[lens]\nvignetting_exponent = 0.5\n", "[lens]\nvignetting_polynomial = [-0.1, 0.0, 0.0]\n",
+        "[soiling]\nsmudges = 2\n"})
+    EXPECT_TRUE(imaging_of_settings(shades, "cam0").has_shading) << shades;
+  for (const char* shades_not : {"[lens]\nvignetting_exponent = 0.0\nvignetting_polynomial = []\n",
+                                 "[soiling]\nsmudges = 0\n"})
+    EXPECT_FALSE(imaging_of_settings(shades_not, "cam0").has_shading) << shades_not;
   EXPECT_EQ(imaging_of_settings("[exposure]\nred_scale_permille = 4.0\n", "cam0"), Imaging{});
   for (const char* wrong : {"nan", "20.5", "much"})
     EXPECT_THROW(
@@ -167,7 +175,8 @@ TEST_F(StatedImaging, AnAberrationIsNoMistakeWhereItIsStatedAndOneWhereItIsNot) 
 TEST_F(StatedImaging, AnotherWhiteIsNoMistakeWhereItIsStatedAndOneWhereItIsNot) {
   const Results stated = validate(cooler, "[color]\nwhite_balance = \"gains\"\n");
   EXPECT_EQ(failures(stated), "");
-  EXPECT_FALSE(stated.at("photometric_channels").skipped);
+  // A camera that is held against itself alone could have red and blue swapped in all its images.
+  EXPECT_TRUE(stated.at("photometric_channels").is_unseen);
   EXPECT_NE(stated.at("photometric_channels").summary.find("balance white otherwise"),
             std::string::npos);
   const Results unstated = validate(cooler, "");
@@ -180,7 +189,7 @@ TEST_F(StatedImaging, TwoCamerasThatMakeTheirWorldGreyAreNotOfOneWhite) {
   const std::string grey = "[color]\nwhite_balance = \"grey_world\"\n";
   const Results of_both = validate(cooler, grey, grey);
   EXPECT_EQ(failures(of_both), "");
-  EXPECT_FALSE(of_both.at("photometric_channels").skipped);
+  EXPECT_TRUE(of_both.at("photometric_channels").is_unseen);
   // Of one setting that is one gain it is a mistake.
   const std::string warm = "[color]\nwhite_balance = \"temperature\"\ntemperature_k = 3200.0\n";
   EXPECT_NE(failures(validate(cooler, warm, warm)).find("photometric_channels"), std::string::npos);

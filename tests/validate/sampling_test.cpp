@@ -47,6 +47,28 @@ TEST(PatchMatching, TakesOnlyWhatBothImagesShowAboutAsLarge) {
     EXPECT_FALSE(match_patch(view.view, DownwardView(height_m).view, 32, 32)) << height_m;
 }
 
+TEST(PatchMatching, KnowsThatShadingGoesAlongWithTheImage) {
+  DownwardView here(100.0), there(100.0);
+  // Weak waves below brightness that rises to the right in one image, and falls in the other.
+  const auto shade = [](DownwardView& view, double per_px) {
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x) {
+        float& value = view.image.grey(x, y);
+        value = static_cast<float>(128.0 + 0.3 * (static_cast<double>(value) - 128.0) +
+                                   per_px * (x + 0.5 - 32.0));
+      }
+  };
+  shade(here, 4.0);
+  shade(there, -4.0);
+  const auto unstated = match_patch(here.view, there.view, 30, 31);
+  EXPECT_TRUE(!unstated || unstated->correlation < 0.0);
+  here.camera.imaging.has_shading = true;
+  const auto stated = match_patch(here.view, there.view, 30, 31);
+  ASSERT_TRUE(stated && stated->has_converged);
+  EXPECT_GT(stated->correlation, 0.999);
+  EXPECT_LT(stated->shift_px.norm(), 0.01);
+}
+
 TEST(PatchesPerFact, IsWhatTheVarianceOfAMeanOverPatchesOfNoiseGrowsBy) {
   // Against images of white noise: a patch says the mean of its 49 pixels, so that its variance is 1/49.
   constexpr int kWidth = 64, kHeight = 48, kTrials = 2000;

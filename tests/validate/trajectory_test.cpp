@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
+#include "tests/jobs/draws.h"
 #include "validate/checks/checker.h"
 
 /// The check of poses as such, on paths of few frames.
@@ -56,6 +58,43 @@ TEST(ValidateTrajectory, ACameraThatLooksAboutIsRight) {
     EXPECT_TRUE(result.ok) << name << " = " << result.value << " at " << result.worst;
 }
 
+/// It hovers, starts and stops within two frames, and turns on the spot: steps of 0 beside steps of 5 m.
+TEST(ValidateTrajectory, AFlightThatStartsAndStopsIsRight) {
+  for (std::uint64_t seed = 1; seed <= 20000; ++seed) {
+    test::Draws draws(seed, "path");
+    std::vector<Pose> poses;
+    Eigen::Vector3d place(0.0, 0.0, 50.0);
+    double heading_deg = 0.0, speed_m = 0.0, wanted_m = 0.0;
+    const int num_frames = 5 + draws.below(20);
+    for (int i = 0; i < num_frames; ++i) {
+      poses.push_back({yawed(heading_deg), place});
+      if (draws.chance(0.4)) wanted_m = draws.among({0.0, 0.0, 2.0, 5.0});
+      speed_m += std::clamp(wanted_m - speed_m, -2.5, 2.5);
+      if (speed_m == 0.0) heading_deg += draws.both_ways(40.0);
+      place += yawed(heading_deg) * Eigen::Vector3d(speed_m, 0.0, 0.0);
+    }
+    const CheckResult result = check(poses).at("trajectory_jumps");
+    EXPECT_TRUE(result.ok) << seed << ": " << result.value << " at " << result.worst;
+  }
+}
+
+TEST(ValidateTrajectory, ALongHoverAndOneStartIsRight) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 12; ++i) poses.push_back({yawed(0.0), {3.0 * std::max(i - 7, 0), 0.0, 50.0}});
+  EXPECT_TRUE(check(poses).at("trajectory_jumps").ok);
+}
+
+/// Where nothing is steady a row that stands twice is nothing to remark: it is unseen, not right.
+TEST(ValidateTrajectory, WhereNothingIsSteadyAWrongRowIsUnseen) {
+  std::vector<Pose> poses;
+  double x_m = 0.0;
+  for (const double step_m : {0.0, 5.0, 0.0, 0.0, 5.0, 5.0, 0.0, 5.0, 0.0, 0.0, 5.0, 0.0}) {
+    poses.push_back({yawed(0.0), {x_m, 0.0, 50.0}});
+    x_m += step_m;
+  }
+  EXPECT_TRUE(check(poses).at("trajectory_jumps").is_unseen);
+}
+
 TEST(ValidateTrajectory, ARowThatStandsTwiceOrTwoSwappedAreFound) {
   const std::vector<Pose> right = slow_frames();
   for (std::size_t i = 1; i + 2 < right.size(); ++i) {
@@ -65,6 +104,28 @@ TEST(ValidateTrajectory, ARowThatStandsTwiceOrTwoSwappedAreFound) {
     std::vector<Pose> swapped = right;
     std::swap(swapped[i], swapped[i + 1]);
     EXPECT_FALSE(check(swapped).at("trajectory_jumps").ok) << "row " << i;
+  }
+}
+
+/// Of the fewest frames that tell, and of a body whose speed changes by a tenth from frame to frame.
+TEST(ValidateTrajectory, ARowThatStandsTwiceIsFoundOfFiveFramesAndMore) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    test::Draws draws(seed, "twice");
+    std::vector<Pose> poses;
+    Eigen::Vector3d place(0.0, 0.0, 50.0);
+    double step_m = draws.log_between(0.01, 100.0);
+    const double turn_deg = draws.both_ways(20.0);
+    const int num_frames = 5 + draws.below(15);
+    for (int i = 0; i < num_frames; ++i) {
+      poses.push_back({yawed(turn_deg * i), place});
+      step_m *= draws.between(0.95, 1.05);
+      place += yawed(turn_deg * (i + 0.5)) * Eigen::Vector3d(step_m, 0.0, 0.1 * step_m);
+    }
+    EXPECT_TRUE(check(poses).at("trajectory_jumps").ok) << seed;
+    const auto row = static_cast<std::size_t>(1 + draws.below(num_frames - 2));
+    poses[row] = poses[row - 1];
+    EXPECT_FALSE(check(poses).at("trajectory_jumps").ok)
+        << seed << ", row " << row << " of " << num_frames;
   }
 }
 

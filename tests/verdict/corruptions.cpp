@@ -1,8 +1,8 @@
 #include "tests/verdict/corruptions.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,8 +14,8 @@
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "tests/jobs/draws.h"
+#include "tests/verdict/tables.h"
 #include "validate/npy.h"
-#include "validate/text.h"
 
 namespace terracast::test {
 
@@ -160,6 +160,44 @@ bool turn_images(const fs::path& folder, Draws& draws, double) {
   });
 }
 
+/// Red for blue in one camera of several.
+bool swap_channels(const fs::path& folder, Draws& draws, double) {
+  auto images = images_of(folder);
+  std::erase_if(images,
+                [](const auto& one) { return image_of(one.second.front()).channels() != 3; });
+  if (images.size() < 2) return false;
+  bool is_changed = false;
+  for (const fs::path& file : one_of(images, draws)) {
+    core::Image8 image = image_of(file);
+    for (std::size_t i = 0; i + 2 < image.data().size(); i += 3) {
+      is_changed |= image.data()[i] != image.data()[i + 2];
+      std::swap(image.data()[i], image.data()[i + 2]);
+    }
+    core::write_file(file, core::encode_png(image));
+  }
+  return is_changed;
+}
+
+/// The images of two cameras, all of them.
+bool exchange_cameras(const fs::path& folder, Draws& draws, double) {
+  const auto images = images_of(folder);
+  if (images.size() < 2) return false;
+  const auto first = std::next(images.begin(), draws.below(static_cast<int>(images.size()) - 1));
+  const auto second = std::next(first);
+  constexpr double kSame = 0.9;
+  if (first->second.size() != second->second.size() ||
+      likeness_of(image_of(first->second.front()), image_of(second->second.front())) > kSame ||
+      image_of(first->second.front()).data().size() !=
+          image_of(second->second.front()).data().size())
+    return false;
+  for (std::size_t i = 0; i < first->second.size(); ++i) {
+    const std::vector<std::byte> of_first = core::read_file(first->second[i]);
+    core::write_file(first->second[i], core::read_file(second->second[i]));
+    core::write_file(second->second[i], of_first);
+  }
+  return true;
+}
+
 /// Along rows, by the line between two pixels.
 bool shift_images(const fs::path& folder, Draws& draws, double shift_px) {
   return edit_images(folder, draws, [=](const core::Image8& image, int x, int y, int k) {
@@ -179,6 +217,17 @@ bool scale_depths(const fs::path& folder, Draws& draws, double percent) {
   for (const fs::path& file : one_of(depths, draws))
     edit_floats(file, [&](std::span<float> values) {
       for (float& value : values) value *= factor;
+    });
+  return true;
+}
+
+/// All depths of a camera, as half precision has them: eleven bits.
+bool halve_precision(const fs::path& folder, Draws& draws, double) {
+  const auto depths = depths_of(folder);
+  if (depths.empty()) return false;
+  for (const fs::path& file : one_of(depths, draws))
+    edit_floats(file, [&](std::span<float> values) {
+      for (float& value : values) value = static_cast<float>(static_cast<Eigen::half>(value));
     });
   return true;
 }
@@ -203,6 +252,20 @@ bool negate_flow(const fs::path& folder, Draws& draws, double) {
   });
 }
 
+/// Right for down.
+bool exchange_components(const fs::path& folder, Draws& draws, double) {
+  double most_px = 0.0;
+  const bool is_edited = edit_flow(folder, draws, [&](std::span<float> values) {
+    for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
+      if (std::isfinite(values[i]) && std::isfinite(values[i + 1]))
+        most_px = std::max(most_px, std::abs(static_cast<double>(values[i] - values[i + 1])));
+      std::swap(values[i], values[i + 1]);
+    }
+  });
+  constexpr double kVisible_px = 0.5;
+  return is_edited && most_px > kVisible_px;
+}
+
 /// To the right.
 bool shift_flow(const fs::path& folder, Draws& draws, double shift_px) {
   return edit_flow(folder, draws, [=](std::span<float> values) {
@@ -212,24 +275,75 @@ bool shift_flow(const fs::path& folder, Draws& draws, double shift_px) {
 
 /// One camera's place in one frame, to the north.
 bool move_place(const fs::path& folder, Draws& draws, double distance_m) {
-  const auto places = files_of(folder, {"georeference.csv"}, ".csv");
+  std::vector<PoseTable> places = place_tables_of(folder);
   if (places.empty()) return false;
-  const fs::path file = one_of(places, draws).front();
-  const std::string text = core::read_text_file(file);
-  std::vector<std::string> lines;
-  for (const validate::TextLine& line : validate::split_lines(text)) lines.emplace_back(line.text);
-  const std::vector<std::string_view> names = validate::split_at(lines.front(), ',');
-  const auto column = std::find(names.begin(), names.end(), "lat_deg") - names.begin();
-  std::string& line =
-      lines[static_cast<std::size_t>(1 + draws.below(static_cast<int>(lines.size()) - 1))];
-  std::vector<std::string> words;
-  for (const std::string_view word : validate::split_at(line, ',')) words.emplace_back(word);
-  if (static_cast<std::size_t>(column) >= words.size()) return false;
+  std::string& latitude = places.front().table.draw_row(draws)[places.front().place[0]];
   constexpr double kMetresPerDegree = 111320.0;  // to one percent, at any latitude
-  std::string& latitude = words[static_cast<std::size_t>(column)];
-  latitude = fmt::format("{:.14f}", std::stod(latitude) + distance_m / kMetresPerDegree);
-  line = fmt::format("{}", fmt::join(words, ","));
-  core::write_file(file, fmt::format("{}\n", fmt::join(lines, "\n")));
+  latitude = fmt::format("{:.14f}", number_of(latitude) + distance_m / kMetresPerDegree);
+  places.front().table.write();
+  return true;
+}
+
+/// All places.
+bool raise_places(const fs::path& folder, Draws&, double height_m) {
+  std::vector<PoseTable> places = place_tables_of(folder);
+  if (places.empty()) return false;
+  for (PoseTable& one : places) {
+    for (std::size_t i = 1; i < one.table.rows.size(); ++i) {
+      std::string& height = one.table.rows[i][one.place[2]];
+      height = text_of(number_of(height) + height_m);
+    }
+    one.table.write();
+  }
+  return true;
+}
+
+bool move_time(const fs::path& folder, Draws& draws, double time_s) {
+  std::vector<PoseTable> places = place_tables_of(folder);
+  if (places.empty()) return false;
+  constexpr std::size_t kTime = 2;
+  std::string& time = places.front().table.draw_row(draws)[kTime];
+  time = text_of(number_of(time) + time_s);
+  places.front().table.write();
+  return true;
+}
+
+/// One pose, along one axis.
+bool move_pose(const fs::path& folder, Draws& draws, double distance_m) {
+  std::vector<PoseTable> tables = pose_tables_of(folder);
+  if (tables.empty()) return false;
+  PoseTable& poses = tables[static_cast<std::size_t>(draws.below(static_cast<int>(tables.size())))];
+  std::string& value = poses.table.draw_row(
+      draws, poses.first_row)[poses.place[static_cast<std::size_t>(draws.below(3))]];
+  value = text_of(number_of(value) + distance_m);
+  poses.table.write();
+  return true;
+}
+
+/// One pose, about one of its axes.
+bool turn_pose(const fs::path& folder, Draws& draws, double angle_deg) {
+  std::vector<PoseTable> tables = pose_tables_of(folder);
+  if (tables.empty()) return false;
+  PoseTable& poses = tables[static_cast<std::size_t>(draws.below(static_cast<int>(tables.size())))];
+  constexpr double kRadians = 3.14159265358979 / 180.0;
+  const Eigen::Quaterniond by(
+      Eigen::AngleAxisd(kRadians * angle_deg, Eigen::Vector3d::Unit(draws.below(3))));
+  turn_row(poses.table.draw_row(draws, poses.first_row), poses, by);
+  poses.table.write();
+  return true;
+}
+
+/// The forward velocity of one packet of KITTI's.
+bool change_packet(const fs::path& folder, Draws& draws, double speed_mps) {
+  const auto packets = files_of(folder, {"oxts/data/"}, ".txt");
+  if (packets.empty()) return false;
+  const std::vector<fs::path>& files = packets.begin()->second;
+  Table packet = read_table(
+      files[static_cast<std::size_t>(draws.below(static_cast<int>(files.size())))], ' ', false);
+  constexpr std::size_t kForward = 8;
+  std::string& value = packet.rows.front()[kForward];
+  value = text_of(number_of(value) + speed_mps);
+  packet.write();
   return true;
 }
 
@@ -288,7 +402,79 @@ const std::vector<Corruption>& corruptions() {
         // A camera that hardly moves shows the same in all frames, upside down or not.
         "photometric_principal_point", "photometric_rotation"},
        {"color_flipped"}},
-      {"flow of a camera negated", "", 0.0, 0.0, &negate_flow, {}, {"flow"}, {"flow_sign"}}};
+      {"flow of a camera negated", "", 0.0, 0.0, &negate_flow, {}, {"flow"}, {"flow_sign"}},
+      {"a pose moved",
+       "m",
+       1e-4,
+       10.0,
+       &move_pose,
+       {"georeference_position"},
+       {"georeference_position"},
+       {"pose_row", "position"}},
+      {"a pose turned",
+       "deg",
+       1e-4,
+       30.0,
+       &turn_pose,
+       {"georeference_rotation"},
+       {"georeference_rotation"},
+       {"pose_row", "rotation"}},
+      {"a time moved",
+       "s",
+       1e-6,
+       1.0,
+       &move_time,
+       {"georeference_time"},
+       {"georeference_time"},
+       {}},
+      {"all places raised",
+       "m",
+       1e-4,
+       100.0,
+       &raise_places,
+       {"georeference_position"},
+       {"georeference_position", "georeference_origin"},
+       {"height_fault", "position"}},
+      {"a packet's velocity off",
+       "m/s",
+       1e-7,
+       1.0,
+       &change_packet,
+       {"oxts_levelled"},
+       {"oxts_levelled", "oxts_velocity"},
+       {}},
+      {"red and blue of a camera swapped",
+       "",
+       0.0,
+       0.0,
+       &swap_channels,
+       {},
+       {"photometric_channels", "colors_plants"},
+       {"channel_order"}},
+      {"images of two cameras exchanged",
+       "",
+       0.0,
+       0.0,
+       &exchange_cameras,
+       {},
+       {"photometric_correlation", "photometric_cameras", "photometric_frames"},
+       {"cameras_swapped", "images_swapped"}},
+      {"depths of a camera in half precision",
+       "",
+       0.0,
+       0.0,
+       &halve_precision,
+       {},
+       {"depth_levels", "reprojection"},
+       {"depth_levels"}},
+      {"components of flow exchanged",
+       "",
+       0.0,
+       0.0,
+       &exchange_components,
+       {},
+       {"flow"},
+       {"flow_order"}}};
   return all;
 }
 

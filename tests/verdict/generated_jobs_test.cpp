@@ -238,6 +238,9 @@ constexpr std::uint64_t kCalledWrongOnce[] = {
     50823,     // 64 blocks of 8 x 8 pixels
     50826,     // a plane, whose depths differ by rounding alone
     50902,     // a plane 3 m below, and poses of six decimals
+    810040,    // a recorded flight that hovers, starts and stops
+    800037,    // plants in haze, bluer than in any sun
+    800378,    // smudges on a lens, which go along with the image
     90033,     // flow of 600 px, which PNG cannot hold
     86889586,  // an orthographic camera of 16 m beside one whose pixels are 300 m wide
     86889626,  // a camera a metre out on a body that creeps and turns

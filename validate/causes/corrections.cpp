@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "validate/causes/trial.h"
@@ -217,21 +218,70 @@ struct Fit {
 
 constexpr double kCut = 400.0;  // sigmas: a mistake is no outlier
 
-Fit fit(const Trial& start, const Family& family, Source source) {
-  Fit result{family, start, Eigen::VectorXd::Zero(family.last - family.first + 1), 0.0};
-  std::vector<Sample> samples = samples_of(start, source);
+/// One correction after another; factors multiply.
+Eigen::VectorXd one_after_another(const Family& family, const Eigen::VectorXd& first,
+                                  const Eigen::VectorXd& second) {
+  if (family.first != kScale && family.first != kFocal) return first + second;
+  return Eigen::VectorXd::Constant(1, (1.0 + first[0]) * (1.0 + second[0]) - 1.0);
+}
+
+/// By what the depths of one camera should be longer, less 1, roughly: by the median of what other cameras see of its
+/// points. Where it is far off, all its samples are outliers to least squares.
+double rough_scale(Trial trial, const Family& family) {
+  double scale = 0.0;
+  constexpr int kMostTurns = 6;
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    std::vector<double> ratios;
+    Findings ignored;
+    FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
+    while (window.advance()) {
+      for (const ViewPair& pair : window.pairs()) {
+        if (pair.a.camera_index != family.camera || pair.b.camera_index == family.camera ||
+            pair.a.image->depth.empty() || pair.b.image->depth.empty())
+          continue;
+        trial.spend(1);
+        const Transfer transfer(pair.a, pair.b);
+        constexpr std::int64_t kPixels = 200;
+        for (const Eigen::Vector2i& at :
+             draw_pixels(pair.a.camera->intrinsics, kPixels, {}, pair.a, 13)) {
+          const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
+          if (!std::isfinite(depth_m)) continue;
+          const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+          if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
+          if (const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel))
+            ratios.push_back(seen->inverse_depth.value * place->distance_b_m);
+        }
+      }
+    }
+    constexpr std::size_t kEnough = 100;
+    if (ratios.size() < kEnough) return 0.0;
+    const double step = 1.0 / median(ratios) - 1.0;
+    const Eigen::VectorXd by = Eigen::VectorXd::Constant(1, step);
+    apply(trial, family, by);
+    scale = (1.0 + scale) * (1.0 + step) - 1.0;
+    constexpr double kNear = 1e-3;
+    if (std::abs(step) < kNear) break;
+  }
+  return scale;
+}
+
+/// x   a correction to begin with
+Fit fit(const Trial& start, const Family& family, Source source, const Eigen::VectorXd& x) {
+  Fit result{family, start, x, 0.0};
+  apply(result.trial, family, x);
+  std::vector<Sample> samples = samples_of(result.trial, source);
   result.cost = cost_of(samples, kCut);
   for (int turn = 0; turn < 4; ++turn) {
     double gain = 0.0;
-    const auto x = solve(samples, family, kCut, gain);
-    if (!x) break;
+    const auto step = solve(samples, family, kCut, gain);
+    if (!step) break;
     Trial next = result.trial;
-    apply(next, family, *x);
+    apply(next, family, *step);
     std::vector<Sample> next_samples = samples_of(next, source);
     const double cost = cost_of(next_samples, kCut);
     if (!(cost < result.cost)) break;
     result.trial = std::move(next);
-    result.x += *x;
+    result.x = one_after_another(family, result.x, *step);
     samples = std::move(next_samples);
     const bool is_done = cost > 0.999 * result.cost;
     result.cost = cost;
@@ -313,6 +363,8 @@ bool is_small(const Fit& fit) {
       return size < 50.0;  // px
     case kPositionX:
       return true;  // m, of any scene
+    case kScale:
+      return size < 0.5;  // it begins with a rough one
     default:
       return size < 0.2;  // relative, or rad
   }
@@ -356,8 +408,18 @@ void add_families(const Symptoms& symptoms, Source source, std::vector<Hypothesi
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   constexpr std::size_t kMostFollowed = 5;
   std::vector<Fit> fits;
+  const auto nothing_of = [](const Family& family) {
+    return Eigen::VectorXd(Eigen::VectorXd::Zero(family.last - family.first + 1));
+  };
   for (std::size_t i = 0; i < by_gain.size() && i < kMostFollowed; ++i)
-    fits.push_back(fit(trial, by_gain[i].second, source));
+    fits.push_back(fit(trial, by_gain[i].second, source, nothing_of(by_gain[i].second)));
+  for (const Family& family : families) {
+    if (family.first != kScale || family.camera < 0) continue;
+    constexpr double kFarOff = 0.02;
+    const double scale = rough_scale(trial, family);
+    if (std::abs(scale) > kFarOff)
+      fits.push_back(fit(trial, family, source, Eigen::VectorXd::Constant(1, scale)));
+  }
   std::stable_sort(fits.begin(), fits.end(),
                    [](const Fit& a, const Fit& b) { return a.cost < b.cost; });
   for (std::size_t i = 0; i < fits.size(); ++i) {

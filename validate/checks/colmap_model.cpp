@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -415,15 +416,18 @@ class ColmapModelChecker : public Checker {
       color_differences.push_back(difference);
     CheckResult color;
     color.name = "colmap_color";
-    color.value = median(color_differences);
+    const MedianEstimate difference = estimate_median(color_differences, 1.0);
+    color.value = difference.judged();
     color.bound = 16.0;
     color.unit = "levels";
     color.ok = color.value <= color.bound;
+    color.is_unseen = color.skipped = !std::isfinite(difference.unsure);
+    color.worst =
+        color.skipped ? fmt::format("{} points tell nothing", color_differences.size()) : "";
     color.summary = fmt::format(
         "Median over {} points of the difference (mean of the channels) between a point's colour "
-        "and the "
-        "most similar of its images.",
-        color_differences.size());
+        "and the most similar of its images: {:.3g}; what of it is sure.",
+        color_differences.size(), difference.median);
     color.reason =
         "A point's colour is one image's, or their mean; fine texture changes it by some levels.";
     color.detects = "colours 40 levels off";

@@ -126,13 +126,19 @@ std::optional<Estimate> block_marks(const core::Image8& color) {
   return estimate;
 }
 
-/// By how much bluer than red the plants of an image are: (blue - red) / (blue + red) of each pixel, near enough that the
-/// air between does not count, by a camera whose white is the scene's.
-/// returns  nothing where plants are as dark as noise: its colours are those of the sensor
-std::vector<double> tints_of_plants(const Sequence& sequence, const View& view) {
+/// What images show of what grows and of what lights it, each as (blue - red) / (blue + red) of pixels.
+struct Tints {
+  std::vector<double> plants;  ///< within 500 m
+  std::vector<double> sky;
+};
+
+/// Of a camera whose white is the scene's.
+/// returns  none of what is as dark as noise: its colours are those of the sensor
+Tints tints_of(const Sequence& sequence, const View& view) {
   constexpr float kFarthest_m = 500.0F;
   const LoadedImage& image = *view.image;
-  std::vector<double> tints, sums;
+  Tints tints;
+  std::vector<double> sums_of_plants, sums_of_sky;
   const std::size_t num_pixels = image.segmentation.data().size();
   if (num_pixels == 0 || image.depth.data().size() != num_pixels ||
       image.color.data().size() != 3 * num_pixels || view.camera->imaging.white_balance != "scene")
@@ -143,14 +149,17 @@ std::vector<double> tints_of_plants(const Sequence& sequence, const View& view) 
       if (index >= 0 && index < 256) is_plant[static_cast<std::size_t>(index)] = true;
   for (std::size_t i = 0; i < num_pixels; ++i) {
     const double red = image.color.data()[3 * i], blue = image.color.data()[3 * i + 2];
-    if (!is_plant[image.segmentation.data()[i]] || !(image.depth.data()[i] < kFarthest_m) ||
-        red + blue == 0.0)
+    const float depth_m = image.depth.data()[i];
+    const bool is_sky = std::isinf(depth_m);
+    if (red + blue == 0.0 ||
+        !(is_sky || (is_plant[image.segmentation.data()[i]] && depth_m < kFarthest_m)))
       continue;
-    tints.push_back((blue - red) / (blue + red));
-    sums.push_back(red + blue);
+    (is_sky ? tints.sky : tints.plants).push_back((blue - red) / (blue + red));
+    (is_sky ? sums_of_sky : sums_of_plants).push_back(red + blue);
   }
   constexpr double kBright = 64.0;  // levels of both
-  if (median(sums) < kBright) tints.clear();
+  if (median(sums_of_plants) < kBright) tints.plants.clear();
+  if (median(sums_of_sky) < kBright) tints.sky.clear();
   return tints;
 }
 
@@ -162,7 +171,8 @@ class ColorsChecker : public Checker {
     const auto num_cameras = window.sequence().cameras.size();
     std::vector<ImageMarks> marks(num_cameras);
     std::vector<std::string> places(num_cameras);
-    tints_.resize(num_cameras);
+    plants_.resize(num_cameras);
+    skies_.resize(num_cameras);
     core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
       const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
       if (!view || view->image->color.empty()) return;
@@ -173,9 +183,10 @@ class ColorsChecker : public Checker {
                       block_marks(view->image->color)};
       if (marks[index].block_marks) marks[index].block_marks->where = place_of(*view);
       places[index] = place_of(*view);
-      std::vector<double> tints = tints_of_plants(window.sequence(), *view);
+      Tints tints = tints_of(window.sequence(), *view);
       constexpr std::size_t kEnough = 2000;
-      if (tints.size() >= kEnough) tints_[index].push_back(median(tints));
+      if (tints.plants.size() >= kEnough) plants_[index].push_back(median(tints.plants));
+      if (tints.sky.size() >= kEnough) skies_[index].push_back(median(tints.sky));
     });
     for (std::size_t i = 0; i < num_cameras; ++i) {
       levels_.add(i, marks[i].unused_levels, places[i]);
@@ -229,39 +240,47 @@ class ColorsChecker : public Checker {
     return blocks;
   }
 
+  /// Leaves throw back more red than blue of what light falls on them: of the sun's, which is white, of the sky's and of
+  /// the haze's.
   CheckResult plants_result(const Sequence& sequence) {
     CheckResult plants;
     plants.name = "colors_plants";
-    plants.bound = 0.1;
     plants.unit = "of the colour";
     plants.value = -1.0;
-    for (std::size_t camera = 0; camera < tints_.size(); ++camera)
-      if (!tints_[camera].empty())
-        note_worst(plants, median(tints_[camera]), sequence.cameras[camera].name);
+    std::vector<double> skies;
+    for (const std::vector<double>& sky : skies_) skies.insert(skies.end(), sky.begin(), sky.end());
+    for (std::size_t camera = 0; camera < plants_.size(); ++camera)
+      if (!plants_[camera].empty())
+        note_worst(plants, median(plants_[camera]), sequence.cameras[camera].name);
     if (plants.worst.empty())
       return (sequence.classes.empty() ? skipped_result : unseen_result)(
           plants.name,
           sequence.classes.empty()
               ? "the dataset holds no classes"
               : "no image shows 2000 pixels of plants within 500 m, in the scene's white");
+    // Where no sky is seen, light through haze has been seen to leave plants 0.12.
+    const double more_than_light = skies.empty() ? 0.2 : 0.1;
+    const double sky = skies.empty() ? 0.0 : median(skies);
+    plants.bound = std::max(0.0, sky) + more_than_light;
     // Between these nature, imagery and swapped channels look alike.
-    constexpr double kSurelyRed = -0.02;
-    if (plants.value > kSurelyRed && plants.is_within_bound())
+    if (plants.value >= std::min(0.0, sky) - more_than_light && plants.is_within_bound())
       return unseen_result(
           plants.name,
           fmt::format(
-              "plants have hardly more red than blue, or a little less ({}: {:.2g}): so have "
-              "needles under a blue sky, uncorrected imagery, and swapped channels",
-              plants.worst, plants.value));
+              "{}: plants' {:.2g}, and {}: so are needles under a blue sky, leaves in haze, "
+              "uncorrected imagery, and swapped channels",
+              plants.worst, plants.value,
+              skies.empty() ? "no sky is seen" : fmt::format("the sky's {:.2g}", sky)));
     plants.ok = plants.is_within_bound();
-    plants.summary =
+    plants.summary = fmt::format(
         "(blue - red) / (blue + red) of pixels whose class is forest, shrubs, grass or crops: "
-        "median of an image's, and "
-        "of a camera's images.";
+        "median of an image's, and of a camera's images. The sky's is {}.",
+        skies.empty() ? "not seen" : fmt::format("{:.2g}", sky));
     plants.reason =
         "Leaves throw back more red than blue: by 0.1 to 0.3 in sunlight, and as much of both in "
-        "the blue light of the sky alone, where needles have up to 0.1 more blue. What fails is, "
-        "swapped, as leaves in sunlight are.";
+        "the blue light of the sky alone, where needles have up to 0.1 more blue. So plants are "
+        "never bluer than the bluest of what lights them, white sun or sky, by more than 0.1; "
+        "swapped, leaves in sunlight are.";
     plants.detects =
         "colours in the order blue, green, red in all images, of plants that are redder by 0.1";
     return plants;
@@ -288,7 +307,7 @@ class ColorsChecker : public Checker {
   };
   Marks levels_;
   std::map<std::size_t, std::vector<Estimate>> blocks_;  ///< by camera
-  std::vector<std::vector<double>> tints_;               ///< of each camera's images
+  std::vector<std::vector<double>> plants_, skies_;      ///< tints of each camera's images
   std::atomic<std::int64_t> num_coarse_ = 0;             ///< images of sensors of few bits
 };
 

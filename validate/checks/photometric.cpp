@@ -52,8 +52,7 @@ class PhotometricChecker : public Checker {
       append(pool.own, matches[i].own);
       pool.patches_per_fact = std::max(pool.patches_per_fact, matches[i].patches_per_fact);
       num_level_ += matches[i].num_level;
-      pool.color_difference += matches[i].color_difference;
-      pool.swapped_difference += matches[i].swapped_difference;
+      pool.colors += matches[i].colors;
       pool.is_of_one_white = matches[i].is_of_one_white;
       images_.add(pair, matches[i]);
       num_patches_ += static_cast<std::int64_t>(matches[i].correlation.size());
@@ -167,7 +166,7 @@ class PhotometricChecker : public Checker {
     correlation.detects = "images of another camera, frame or orientation than the geometry";
     std::vector<CheckResult> results{shift, correlation, cameras_result(sequence, cameras_told)};
     for (CheckResult& result : images_.results()) results.push_back(std::move(result));
-    results.push_back(channels_result());
+    results.push_back(channels_result(sequence));
     const Evidence::Bounds bounds{.principal_px = 0.2,
                                   .time_frames = 1,
                                   .pattern = 0.003,
@@ -182,6 +181,11 @@ class PhotometricChecker : public Checker {
   }
 
  private:
+  static bool has_color(const Camera& camera) {
+    return std::any_of(camera.files.begin(), camera.files.end(),
+                       [](const FrameFiles& files) { return !files.color.empty(); });
+  }
+
   /// A camera that shows what no other image does, as the sky, may hold anything.
   static CheckResult cameras_result(const Sequence& sequence, const std::set<std::string>& told) {
     CheckResult cameras;
@@ -189,11 +193,9 @@ class PhotometricChecker : public Checker {
     std::vector<std::string> untold;
     std::size_t num_colored = 0;
     for (const Camera& camera : sequence.cameras) {
-      const bool has_color =
-          std::any_of(camera.files.begin(), camera.files.end(),
-                      [](const FrameFiles& files) { return !files.color.empty(); });
-      num_colored += has_color ? 1 : 0;
-      if (has_color && !told.contains(camera.name)) untold.push_back(camera.name);
+      if (!has_color(camera)) continue;
+      ++num_colored;
+      if (!told.contains(camera.name)) untold.push_back(camera.name);
     }
     if (num_colored == 0) return skipped_result(cameras.name, "the dataset holds no images");
     cameras.value = static_cast<double>(untold.size());
@@ -213,33 +215,63 @@ class PhotometricChecker : public Checker {
     return cameras;
   }
 
-  CheckResult channels_result() const {
+  /// Whether red and blue stand for what they are in all cameras alike. A camera that has only itself for company, or
+  /// sees grey ground, could have them swapped.
+  CheckResult channels_result(const Sequence& sequence) const {
     CheckResult channels;
     channels.name = "photometric_channels";
-    channels.bound = 1.5;
-    channels.unit = "times";
+    constexpr double kWorthFinding = 0.4;  // log 1.5
+    Estimates estimates(kWorthFinding);
     std::size_t num_unlike = 0;
+    std::set<std::string> told;
     for (const auto& [kind, pool] : pools_) {
       if (!pool.is_of_one_white) ++num_unlike;
-      if (pool.swapped_difference > 0.0 && pool.correlation.size() >= 20)
-        note_worst(channels, pool.color_difference / pool.swapped_difference, kind);
+      if (!(pool.colors.swapped > 0.0)) continue;
+      Estimate estimate = pool.colors.swapped_fits_better(pool.patches_per_fact);
+      estimate.where = kind;
+      const auto& cameras = cameras_of_kind_.at(kind);
+      // What fits worse swapped by as much would have been found.
+      Estimates as_swapped(kWorthFinding);
+      Estimate swapped = estimate;
+      swapped.value = pool.colors.right_fits_better();
+      as_swapped.add(swapped);
+      CheckResult if_swapped;
+      as_swapped.judge(if_swapped);
+      if (cameras.front() != cameras.back() && !if_swapped.ok)
+        told.insert(cameras.begin(), cameras.end());
+      estimates.add(std::move(estimate));
     }
-    if (channels.worst.empty())
+    if (estimates.num_all() == 0)
       return unseen_result(channels.name, num_unlike == 0
                                               ? "no two images share colours"
                                               : "no two images share colours of one white balance");
-    channels.ok = channels.is_within_bound();
+    estimates.judge(channels);
+    channels.unit = "(logarithm)";
+    std::vector<std::string> untold;
+    for (const Camera& camera : sequence.cameras)
+      if (has_color(camera) && !told.contains(camera.name)) untold.push_back(camera.name);
+    if (options_.is_trial) {  // of few patches, which call nothing wrong
+      channels.bound = kWorthFinding;
+      channels.is_unseen = channels.skipped = false;
+      channels.ok = channels.is_within_bound();
+    } else if (channels.ok && !channels.is_unseen && !untold.empty()) {
+      channels.is_unseen = channels.skipped = channels.is_of_all = true;
+      channels.worst = fmt::format(
+          "{}: no other camera shows the same ground, or the ground is so grey that swapped "
+          "channels fit as well",
+          fmt::join(untold, ", "));
+    }
     channels.summary =
-        "Differences of colour between the patches of two images, by what they are with red and "
-        "blue swapped in one of them; worst kind of pairs.";
+        "By what factor, as a natural logarithm, the colours of patches in two images fit better "
+        "with red and blue swapped in one of them; worst kind of pairs.";
     if (num_unlike > 0)
       channels.summary += fmt::format(
           " {} kinds are left out: imaging.json states that the two cameras balance white "
           "otherwise, so that one place has two colours.",
           num_unlike);
     channels.reason =
-        "On grey ground both are alike; in colour the right order fits better, and a wrong one "
-        "worse by the same factor.";
+        "On grey ground both fit alike; in colour the right order fits better, but for the haze "
+        "between two cameras and what the patches scatter by.";
     channels.detects = "blue, green, red in one camera; grey that is not the luma of its colours";
     return channels;
   }

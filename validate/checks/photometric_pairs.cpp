@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "validate/checks/checker.h"
 #include "validate/transfer.h"
@@ -38,9 +39,8 @@ void compare_colors(const Eigen::Vector3d& a, const Eigen::Vector3d& b, PairMatc
     return (of_a - b).cwiseAbs().sum() / 3.0;
   };
   const auto swapped = [](const Eigen::Vector3d& c) { return Eigen::Vector3d(c[2], c[1], c[0]); };
-  matches.color_difference += difference(a);
-  matches.swapped_difference +=
-      is_grey(a) ? std::abs(luma(swapped(b)) - a[0]) : difference(swapped(a));
+  matches.colors.add(difference(a),
+                     is_grey(a) ? std::abs(luma(swapped(b)) - a[0]) : difference(swapped(a)));
 }
 
 /// What shifts of patches between two images may all be off by alike: where the images move by the same part of a pixel
@@ -54,6 +54,46 @@ double locking_px(std::vector<double> shifts) {
 }
 
 }  // namespace
+
+void ColorDifferences::add(double difference, double swapped_difference) {
+  ++num_patches;
+  right += difference;
+  swapped += swapped_difference;
+  right_squares += difference * difference;
+  products += difference * swapped_difference;
+  swapped_squares += swapped_difference * swapped_difference;
+}
+
+ColorDifferences& ColorDifferences::operator+=(const ColorDifferences& other) {
+  num_patches += other.num_patches;
+  right += other.right;
+  swapped += other.swapped;
+  right_squares += other.right_squares;
+  products += other.products;
+  swapped_squares += other.swapped_squares;
+  return *this;
+}
+
+Estimate ColorDifferences::swapped_fits_better(double patches_per_fact) const {
+  // What stands between two cameras is bluer than what is near: the farther image is nearer to swapped colours.
+  constexpr double kHaze = 0.18;  // log 1.2; of 500 right datasets the most was 0.03
+  Estimate estimate;
+  estimate.allowance = kHaze;
+  estimate.degrees = static_cast<double>(num_patches) / patches_per_fact - 1.0;
+  if (!(right > 0.0)) return estimate;
+  // The error of a ratio of sums, from what each patch departs from it.
+  const double ratio = right / swapped;
+  const double squares =
+      std::max(0.0, right_squares - ratio * (2.0 * products - ratio * swapped_squares));
+  estimate.value = std::max(0.0, std::log(ratio));
+  estimate.standard_error = std::sqrt(patches_per_fact * squares) / right;
+  return estimate;
+}
+
+double ColorDifferences::right_fits_better() const {
+  return right > 0.0 ? std::max(0.0, std::log(swapped / right))
+                     : std::numeric_limits<double>::infinity();
+}
 
 PairMatches compare_patches(const ViewPair& pair, const ValidateOptions& options) {
   PairMatches matches;

@@ -7,10 +7,25 @@
 #include "validate/check.h"
 #include "validate/evidence.h"
 #include "validate/frames.h"
+#include "validate/null_distribution.h"
 #include "validate/sampling.h"
 
 /// Patches of one image, carried by its depth and by poses into another, against the colours there.
 namespace terracast::validate {
+
+/// What the colours of patches differ by: as they stand, and with red and blue swapped in one of the two images.
+struct ColorDifferences {
+  std::int64_t num_patches = 0;
+  double right = 0.0, swapped = 0.0;
+  double right_squares = 0.0, products = 0.0, swapped_squares = 0.0;
+
+  void add(double difference, double swapped_difference);
+  ColorDifferences& operator+=(const ColorDifferences& other);
+  /// By what factor, as a natural logarithm, the colours fit better with red and blue swapped; 0 where they fit worse.
+  Estimate swapped_fits_better(double patches_per_fact) const;
+  /// The logarithm the other way: what it would be if one of the two were swapped; +inf where colours are the same.
+  double right_fits_better() const;
+};
 
 /// What the patches of a pair, or of several, say.
 struct PairMatches {
@@ -20,9 +35,7 @@ struct PairMatches {
   std::int64_t num_level = 0;       ///< left out
   double patches_per_fact = 1.0;
   std::int64_t num_unresolved = 0;
-  /// Sums of what the colours of patches differ by: as they stand, and with red and blue swapped in
-  /// one of the two.
-  double color_difference = 0.0, swapped_difference = 0.0;
+  ColorDifferences colors;
   bool is_of_one_white = true;  ///< whether both cameras' colours are balanced alike
   Evidence::Part part;
 };

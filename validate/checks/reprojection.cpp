@@ -187,9 +187,8 @@ class ReprojectionChecker : public Checker {
         "ground whose depth is smooth to half the bound; {} points compared.",
         pair_median_.size(), num_compared_);
     agreement.reason =
-        "Between pixel centres rough ground departs from the cubic through its neighbours by some "
-        "1e-4 of its "
-        "distance (median), and not by 2e-3 in any scene seen so far.";
+        "Places are taken where depth departs from a plane by less than 1e-3 between pixel "
+        "centres: interpolating it errs by no more than twice that. Rough ground makes 1e-4.";
     agreement.detects =
         "a frame paired with another's pose; wrong axes, order or sign in poses and depth";
     agreement.plots.push_back(

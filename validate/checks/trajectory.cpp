@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "validate/checks/checker.h"
+#include "validate/checks/single_rows.h"
 #include "validate/sampling.h"
 
 /// Poses as such: rotations are rotations, and the path has no jumps.
@@ -10,41 +11,18 @@ namespace terracast::validate {
 
 namespace {
 
-/// The attitude in the middle between two.
-Eigen::Matrix3d halfway(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
-  const Eigen::Vector3d half_turn = 0.5 * rotation_vector(from.transpose() * to);
-  if (half_turn.isZero()) return from;
-  return from * Eigen::AngleAxisd(half_turn.norm(), half_turn.normalized()).toRotationMatrix();
-}
-
-/// How much the step changes at the middle one of three poses, m: in the local frame or in the
-/// camera's axes, whichever is less. A turn changes it in the first, a camera that keeps its
-/// attitude in the second; a row that is out of order changes both.
-double step_change_m(const Pose& before, const Pose& at, const Pose& after) {
-  const Eigen::Vector3d first = at.translation - before.translation;
-  const Eigen::Vector3d second = after.translation - at.translation;
-  const Eigen::Vector3d first_camera = halfway(before.rotation, at.rotation).transpose() * first;
-  const Eigen::Vector3d second_camera = halfway(at.rotation, after.rotation).transpose() * second;
-  return std::min((second - first).norm(), (second_camera - first_camera).norm());
-}
-
 class TrajectoryChecker : public Checker {
  public:
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
     CheckResult orthonormal;
     orthonormal.name = "trajectory_rotations";
     orthonormal.bound = 1e-6;
-    CheckResult jumps;
-    jumps.name = "trajectory_jumps";
-    jumps.bound = 1.0;
-    jumps.unit = "steps";
     CheckResult turns;
     turns.name = "trajectory_turns";
     turns.bound = 90.0;
     turns.unit = "deg";
-    std::size_t num_poses = 0, num_steps = 0, num_middles = 0;
+    std::size_t num_poses = 0, num_middles = 0;
     for (const Camera& camera : sequence.cameras) {
-      std::vector<double> steps;
       const auto& poses = camera.local_from_camera;
       for (std::size_t i = 0; i < poses.size(); ++i) {
         if (!poses[i]) continue;
@@ -54,24 +32,6 @@ class TrajectoryChecker : public Checker {
         double deviation = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
         if (!(r.determinant() > 0.0)) deviation = 2.0;  // a reflection
         note_worst(orthonormal, deviation, where);
-        if (i + 1 < poses.size() && poses[i + 1])
-          steps.push_back((poses[i + 1]->translation - poses[i]->translation).norm());
-      }
-      const double typical_m = std::max(median(steps), 1e-9);
-      // A camera far out on a body that turns on the spot jumps, and the body does not.
-      const Pose camera_from_body =
-          camera.body_from_camera ? camera.body_from_camera->inverse() : Pose{};
-      for (std::size_t i = 1; i + 1 < poses.size(); ++i) {
-        if (!poses[i - 1] || !poses[i] || !poses[i + 1]) continue;
-        const std::string where = fmt::format("{}, frame {}", camera.name, i);
-        const double of_body_m =
-            step_change_m(*poses[i - 1] * camera_from_body, *poses[i] * camera_from_body,
-                          *poses[i + 1] * camera_from_body);
-        note_worst(
-            jumps,
-            std::min(of_body_m, step_change_m(*poses[i - 1], *poses[i], *poses[i + 1])) / typical_m,
-            where);
-        ++num_steps;
       }
       note_turns(poses, camera.name, turns, num_middles);
     }
@@ -79,15 +39,6 @@ class TrajectoryChecker : public Checker {
         fmt::format("Largest entry of R R' - I over {} poses; 2 for a reflection.", num_poses);
     orthonormal.reason = "Nine digits leave 1e-8.";
     orthonormal.detects = "a quaternion or matrix row off by 1e-5";
-    jumps.summary = fmt::format(
-        "Largest of {} changes from one step between frames to the next, in typical (median) "
-        "steps; of the camera or of the body that it is mounted on, in the local frame or in its "
-        "own axes, whichever is least.",
-        num_steps);
-    jumps.reason =
-        "Flight keeps its step in its own axes, even where it turns by 90 deg a frame; a row that "
-        "stands twice makes 2.";
-    jumps.detects = "a pose row that stands twice, two rows swapped";
     turns.summary = fmt::format(
         "Largest rotation of {} rows against the middle of their neighbours, where these are less "
         "than 90 deg apart; a row that is more off counts where another, two frames beside, is "
@@ -97,22 +48,71 @@ class TrajectoryChecker : public Checker {
         "A flipped axis turns a row by 180 deg. A right one is 45 deg off the middle where the "
         "turn changes by 90 deg from frame to frame.";
     turns.detects = "an axis flipped in a single row";
-    std::vector<CheckResult> results{orthonormal, jumps, turns};
+    std::vector<CheckResult> results{orthonormal, turns};
     for (CheckResult& result : results) {
       result.ok = num_poses > 0 && result.value <= result.bound;
       if (num_poses == 0) result.worst = "no poses";
     }
-    if (num_poses > 0 && num_steps == 0)
-      results[1] = unseen_result(jumps.name, "no camera has poses of three frames in a row");
     if (num_poses > 0 && num_middles == 0)
-      results[2] =
+      results[1] =
           unseen_result(turns.name,
                         "no camera has poses of three frames in a row, the outer ones less "
                         "than 90 deg apart");
+    results.insert(results.begin() + 1, jumps_result(sequence));
     return results;
   }
 
  private:
+  static CheckResult jumps_result(const Sequence& sequence) {
+    CheckResult jumps;
+    jumps.name = "trajectory_jumps";
+    jumps.bound = kOddRow_steps;
+    jumps.unit = "steps";
+    std::size_t num_rows = 0;
+    std::string unsteady;
+    for (const Camera& camera : sequence.cameras) {
+      const auto& poses = camera.local_from_camera;
+      SingleRows rows = find_single_rows(poses);
+      // A camera far out on a body that turns on the spot jumps, and the body does not.
+      if (camera.body_from_camera) {
+        std::vector<std::optional<Pose>> of_body = poses;
+        for (std::optional<Pose>& pose : of_body)
+          if (pose) pose = *pose * camera.body_from_camera->inverse();
+        const SingleRows rows_of_body = find_single_rows(of_body);
+        if (!rows_of_body.is_spoilt || rows_of_body.farthest.steps < rows.farthest.steps)
+          rows = rows_of_body;
+      }
+      constexpr std::size_t kEnough = 3;
+      if (rows.num_rows < kEnough) continue;
+      const std::string where = fmt::format("{}, frame {}", camera.name, rows.farthest.row);
+      if (rows.farthest.steps > jumps.bound && !rows.is_spoilt) {
+        unsteady = where;
+        continue;
+      }
+      num_rows += rows.num_rows;
+      note_worst(jumps, rows.farthest.steps, where);
+    }
+    if (num_rows == 0)
+      return unseen_result(
+          jumps.name, unsteady.empty()
+                          ? "no camera has poses of five frames in a row"
+                          : fmt::format("{}: the path starts, stops or turns so suddenly between "
+                                        "frames that a single wrong row would not stand out",
+                                        unsteady));
+    jumps.ok = jumps.is_within_bound();
+    jumps.summary = fmt::format(
+        "Farthest of {} rows from where the two before and the two after it put it, in steps; of "
+        "the camera or of the body that it is mounted on, in the local frame or in its own axes, "
+        "whichever is least.",
+        num_rows);
+    jumps.reason =
+        "On a path that is steady but for one row a row that stands twice is a whole step off, and "
+        "two that changed places 5/6 of one; whoever starts and stops, in one direction, is off by "
+        "2/3 at most.";
+    jumps.detects = "a pose row that stands twice, two rows swapped";
+    return jumps;
+  }
+
   /// By how much a row is turned against the middle of its neighbours, degrees; nothing where these look apart, and have
   /// no middle to speak of.
   static std::optional<double> off_middle_deg(const std::vector<std::optional<Pose>>& poses,

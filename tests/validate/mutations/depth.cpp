@@ -187,4 +187,17 @@ void add_depth_mutations(std::vector<Mutation>& list) {
       says({"depth of", "frame 2 is duplicated", "that of frame 1"}));
 }
 
+void add_far_depth_mutations(std::vector<Mutation>& list) {
+  const Catalogue add(list, true);
+  add(
+      "DepthOfOneCameraScaled", kPosed,
+      [](const RightDataset& d, const fs::path& folder) {
+        const std::size_t last = d.recording.cameras.size() - 1;
+        write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+          return (c == last ? 1.15 : 1.0) * static_cast<double>(d.recording.depth[c][f](x, y));
+        });
+      },
+      says({"depth is +15.", "% off against the poses"}, 15.0, 0.01));
+}
+
 }  // namespace terracast::test

@@ -166,6 +166,7 @@ void add_camera_mutations(std::vector<Mutation>& list);
 void add_pose_mutations(std::vector<Mutation>& list);
 void add_time_mutations(std::vector<Mutation>& list);
 void add_depth_mutations(std::vector<Mutation>& list);
+void add_far_depth_mutations(std::vector<Mutation>& list);
 void add_flow_mutations(std::vector<Mutation>& list);
 void add_color_mutations(std::vector<Mutation>& list);
 void add_georeference_mutations(std::vector<Mutation>& list);

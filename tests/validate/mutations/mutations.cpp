@@ -95,6 +95,7 @@ const std::vector<Mutation>& mutations() {
     add_order_mutations(all);
     add_point_mutations(all);
     add_place_mutations(all);
+    add_far_depth_mutations(all);
     return all;
   }();
   return list;
@@ -199,6 +200,7 @@ const std::vector<Unseeable>& unseeable_mutations() {
       {"GravityLeftOutOfLevelAxes", "", "the format holds no forces"},
       {"GravityLeftOutOfBothUps", "", "the format holds no forces"},
       {"GravityDownwards", "", "the format holds no forces"},
+      {"DepthOfOneCameraScaled", "", "the format holds depth of one camera: it is DepthScaled"},
   };
   return list;
 }
