@@ -39,10 +39,6 @@ std::map<fs::path, std::vector<fs::path>> files_of(const fs::path& folder,
   return found;
 }
 
-std::map<fs::path, std::vector<fs::path>> images_of(const fs::path& folder) {
-  return files_of(folder, {"image"}, ".png");
-}
-
 /// One of several folders of files.
 const std::vector<fs::path>& one_of(const std::map<fs::path, std::vector<fs::path>>& files,
                                     Draws& draws) {
@@ -51,6 +47,17 @@ const std::vector<fs::path>& one_of(const std::map<fs::path, std::vector<fs::pat
 
 core::Image8 image_of(const fs::path& file) {
   return std::get<core::Image8>(core::decode_png(core::read_file(file), file.string()));
+}
+
+/// Of eight bits, in colour or grey.
+std::map<fs::path, std::vector<fs::path>> images_of(const fs::path& folder) {
+  auto images = files_of(folder, {"image"}, ".png");
+  std::erase_if(images, [](const auto& one) {
+    const fs::path& file = one.second.front();
+    return !std::holds_alternative<core::Image8>(
+        core::decode_png(core::read_file(file), file.string()));
+  });
+  return images;
 }
 
 /// Changes the float32 numbers of an npy file, all of which lie at its end.
@@ -410,7 +417,7 @@ const std::vector<Corruption>& corruptions() {
        &move_pose,
        {"georeference_position"},
        {"georeference_position"},
-       {"pose_row", "position"}},
+       {"pose_row", "position", "place_row", "depth_foreign"}},
       {"a pose turned",
        "deg",
        1e-4,
@@ -418,7 +425,7 @@ const std::vector<Corruption>& corruptions() {
        &turn_pose,
        {"georeference_rotation"},
        {"georeference_rotation"},
-       {"pose_row", "rotation"}},
+       {"pose_row", "rotation", "place_row", "depth_foreign"}},
       {"a time moved",
        "s",
        1e-6,
@@ -432,9 +439,9 @@ const std::vector<Corruption>& corruptions() {
        1e-4,
        100.0,
        &raise_places,
-       {"georeference_position"},
-       {"georeference_position", "georeference_origin"},
-       {"height_fault", "position"}},
+       {"georeference_origin"},
+       {"georeference_origin", "georeference_position"},
+       {"height_offset", "geoid", "place_offset"}},
       {"a packet's velocity off",
        "m/s",
        1e-7,

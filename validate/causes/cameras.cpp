@@ -261,12 +261,16 @@ void add_swaps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
                                     t.camera(b).name);
           return true;
         };
-        // What no image shows better is no hypothesis worth its checks.
-        if (swap.color && !swap.depth) {
+        // What no image shows better is no hypothesis worth its checks. Depths that fit no others leave no patches to
+        // compare, and so nothing that fails.
+        if (swap.color || swap.depth) {
+          constexpr double kBetter = 0.95;
           Trial tried = trial;
           Cause ignored;
           h.undo(tried, ignored);
-          if (color_disagreement(tried) > 0.95 * symptoms.color_disagreement()) continue;
+          if (swap.depth ? depth_disagreement(tried) > kBetter * symptoms.depth_disagreement()
+                         : color_disagreement(tried) > kBetter * symptoms.color_disagreement())
+            continue;
         }
         hypotheses.push_back(std::move(h));
       }

@@ -53,11 +53,12 @@ void add_channels(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses)
       return true;
     };
   };
-  // Of more than two cameras the odd one is wrong; of two the images do not tell which.
+  // Of more than two cameras the odd one is wrong; of two the images do not tell which, but for grey ones beside them.
+  const bool has_grey = static_cast<int>(colored.size()) < trial.num_cameras();
   if (colored.size() == 2 && !is_told) {
     Hypothesis h;
     h.checks = judges;
-    h.rank = 2;
+    h.rank = 3;
     h.undo = [=](Trial& t, Cause& cause) {
       swap_channels({colored[1]})(t, cause);
       cause.camera = "";
@@ -67,9 +68,9 @@ void add_channels(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses)
       return true;
     };
     hypotheses.push_back(std::move(h));
-  } else {
-    for (const int c : colored) hypotheses.push_back({judges, 2, swap_channels({c})});
   }
+  if (colored.size() != 2 || is_told || has_grey)
+    for (const int c : colored) hypotheses.push_back({judges, 2, swap_channels({c})});
   if (colored.size() > 1) hypotheses.push_back({judges, 1, swap_channels(colored)});
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "validate/causes/trial.h"
 #include "validate/sampling.h"
@@ -13,8 +14,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Every so many pixels both ways are enough to know a flow again.
-constexpr int kStep = 12;
+/// Every so many pixels both ways are enough to know a flow again; in small images four hundred in all.
+int step_of(const core::ImageF& flow) {
+  constexpr int kMost = 12;
+  constexpr double kPixels = 400.0;
+  return std::clamp(static_cast<int>(std::sqrt(flow.width() * flow.height() / kPixels)), 1, kMost);
+}
 constexpr double kSame_px = 0.01;
 
 /// Where a pixel of one frame stands in another, by depth, poses and intrinsics; sky by rotation.
@@ -41,8 +46,9 @@ double difference(const Trial& trial, int camera, const core::ImageF& field, int
       field.empty() || trial.image(camera, from).depth.empty())
     return 1e9;
   std::vector<double> sizes;
-  for (int y = kStep / 2; y < field.height(); y += kStep)
-    for (int x = kStep / 2; x < field.width(); x += kStep) {
+  const int step = step_of(field);
+  for (int y = step / 2; y < field.height(); y += step)
+    for (int x = step / 2; x < field.width(); x += step) {
       // The sky stands still in straight flight, between any frames.
       if (!std::isfinite(trial.image(camera, from).depth(x, y))) continue;
       const auto target = target_of(trial, camera, from, to, x, y);
@@ -248,8 +254,9 @@ void add_scale(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   const Trial& trial = symptoms.trial;
   for (const Field& field : fields_of(trial)) {
     const core::ImageF& flow = trial.image(field.camera, field.frame).flow->forward;
-    for (int y = kStep / 2; y < flow.height(); y += kStep)
-      for (int x = kStep / 2; x < flow.width(); x += kStep) {
+    const int step = step_of(flow);
+    for (int y = step / 2; y < flow.height(); y += step)
+      for (int x = step / 2; x < flow.width(); x += step) {
         const auto target = target_of(trial, field.camera, field.frame, field.frame + 1, x, y);
         if (!target) continue;
         const Vector2d right = *target - Vector2d(x + 0.5, y + 0.5);
@@ -285,8 +292,9 @@ std::optional<Vector2d> offset_of(const Trial& trial, const Part& part) {
   std::vector<double> off_x, off_y;
   for (const Side& side : sides_of(trial, part)) {
     const core::ImageF& flow = side.of(trial);
-    for (int y = kStep / 2; y < flow.height(); y += kStep)
-      for (int x = kStep / 2; x < flow.width(); x += kStep) {
+    const int step = step_of(flow);
+    for (int y = step / 2; y < flow.height(); y += step)
+      for (int x = step / 2; x < flow.width(); x += step) {
         const auto target = target_of(trial, side.camera, side.from(), side.to(), x, y);
         if (!target) continue;
         off_x.push_back(static_cast<double>(flow(x, y, 0)) - (target->x() - x - 0.5));

@@ -248,6 +248,38 @@ void add_rotations(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses
   }
 }
 
+/// Times of single rows that are not their frames'.
+void add_times_of_rows(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  if (!symptoms.fails_result("georeference_time")) return;
+  Hypothesis h;
+  h.checks = {"georeference"};
+  h.rank = 1;
+  h.undo = [](Trial& trial, Cause& cause) {
+    constexpr double kSame_s = 1e-4;  // as the check allows
+    std::size_t num_rows = 0, num_wrong = 0;
+    for (Camera& camera : trial.sequence.cameras)
+      for (std::size_t f = 0; f < camera.georeference.size(); ++f) {
+        if (!camera.georeference[f]) continue;
+        ++num_rows;
+        double& time_s = camera.georeference[f]->time_s;
+        const double off_s = time_s - static_cast<double>(f) / trial.sequence.rate_hz;
+        if (std::abs(off_s) <= kSame_s) continue;
+        time_s -= off_s;
+        if (++num_wrong > 1) continue;
+        cause.camera = camera.name;
+        cause.frame = trial.first_frame + static_cast<int>(f);
+        cause.size = off_s;
+        cause.words = fmt::format("georeference.csv: the time of {}, frame {} is off by {:.4g} s",
+                                  camera.name, cause.frame, off_s);
+      }
+    cause.name = "time_row";
+    cause.unit = "s";
+    if (num_wrong > 1) cause.words += fmt::format(", and those of {} more rows", num_wrong - 1);
+    return num_wrong > 0 && 3 * num_wrong <= num_rows;
+  };
+  hypotheses.push_back(std::move(h));
+}
+
 /// Places of single rows that are not where their poses are; more than a third of all is no single mistake.
 void add_rows(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   if (!symptoms.fails_result("georeference_position")) return;
@@ -426,6 +458,7 @@ void make_georeference_causes(const Symptoms& symptoms, std::vector<Hypothesis>&
   add_offsets(symptoms, hypotheses);
   add_rotations(symptoms, hypotheses);
   add_rows(symptoms, hypotheses);
+  add_times_of_rows(symptoms, hypotheses);
   if (trial.num_frames() > 2) add_shifts(hypotheses);
 }
 

@@ -58,11 +58,9 @@ void add_color_mutations(std::vector<Mutation>& list) {
         });
       },
       [](const RightDataset& d) {
-        // Of two cameras the images do not tell which is wrong.
-        return Expected{{d.format == "colmap"
-                             ? fmt::format("colours of {} stand in the order blue, green, red",
-                                           d.recording.cameras[1].name)
-                             : "stand in different orders: one of them is blue, green, red (BGR)"},
+        // Of KITTI's two the grey images tell which is wrong.
+        return Expected{{fmt::format("colours of {} stand in the order blue, green, red",
+                                     d.recording.cameras[1].name)},
                         std::nullopt,
                         0.0};
       });
