@@ -60,9 +60,12 @@ void SingleImages::add(const ViewPair& pair, const PairMatches& matches) {
   }
 }
 
-double SingleImages::shift_of(PairMatches& matches) const {
-  return std::hypot(size_of(estimate_median(matches.shift_x, matches.patches_per_fact), is_trial_),
-                    size_of(estimate_median(matches.shift_y, matches.patches_per_fact), is_trial_));
+void SingleImages::set_shift(PairMatches& matches, Image& image) const {
+  const MedianEstimate x = estimate_median(matches.shift_x, matches.patches_per_fact);
+  const MedianEstimate y = estimate_median(matches.shift_y, matches.patches_per_fact);
+  image.has_shift = true;
+  image.shift_px = std::hypot(size_of(x, is_trial_), size_of(y, is_trial_));
+  image.unsure_px = std::max(x.unsure, y.unsure);
 }
 
 void SingleImages::finish_before(int frame) {
@@ -78,8 +81,7 @@ void SingleImages::finish_before(int frame) {
                   .patches = {.unlike = num_unlike(all.correlation),
                               .all = static_cast<std::int64_t>(all.correlation.size())},
                   .num_facts = std::max<std::int64_t>(std::llround(num_facts), 1)};
-      image.has_shift = all.shift_x.size() >= enough;
-      if (image.has_shift) image.shift_px = shift_of(all);
+      if (all.shift_x.size() >= enough) set_shift(all, image);
       images_.push_back(std::move(image));
     }
     pools_.erase(pools_.begin());
@@ -188,15 +190,24 @@ CheckResult SingleImages::shift_result() const {
   result.name = "photometric_frame_shift";
   result.bound = 0.3;
   result.unit = "px";
+  std::size_t num_told = 0;
+  double most_unsure_px = 0.0;
   for (const Image& image : images_) {
-    if (!image.has_shift || image.likeness.median <= kClear || image.shift_px < result.value)
-      continue;
+    if (!image.has_shift || image.likeness.median <= kClear) continue;
+    if (image.unsure_px < result.bound) {
+      ++num_told;
+      most_unsure_px = std::max(most_unsure_px, image.unsure_px);
+    }
+    if (image.shift_px < result.value) continue;
     result.value = image.shift_px;
     result.worst = image.name;
   }
   if (result.worst.empty())
     return unseen_result(result.name, "no two images resolve enough of what both show");
   result.ok = result.is_within_bound();
+  if (!is_trial_ && result.ok && num_told == 0)
+    return unseen_result(result.name, "the patches of no image are enough to tell its shift");
+  if (num_told > 0) result.smallest = result.bound + 2.0 * most_unsure_px;
   result.summary =
       "Largest median shift of the patches of a single image against the other frames: the part "
       "of it that is sure.";

@@ -41,13 +41,14 @@ class SingleImages {
     Likeness likeness;
     Count patches;
     std::int64_t num_facts = 1;  ///< patches, as many as are independent of each other
-    double shift_px = 0.0;
+    double shift_px = 0.0;   ///< what of it is sure
+    double unsure_px = 0.0;  ///< what either component may be off by
     bool has_shift = false;
   };
   /// Patches that an image shares with each other image.
   using Links = std::map<Key, Count>;
 
-  double shift_of(PairMatches& matches) const;
+  void set_shift(PairMatches& matches, Image& image) const;
   void sort_images();
   double typical_share(const Image& image) const;
   std::optional<double> bound_of(const Image& image) const;
