@@ -157,9 +157,11 @@ std::optional<double> visible_size(const Corruption& corruption, const core::Jso
 
 /// Copies what was missed, for a closer look.
 void keep(const fs::path& dataset, const std::string& name) {
-  if (const char* folder = std::getenv("TERRACAST_JOBS_KEEP"))
-    fs::copy(dataset, fs::path(folder) / name,
-             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  const char* folder = std::getenv("TERRACAST_JOBS_KEEP");
+  if (folder == nullptr) return;
+  fs::create_directories(folder);
+  fs::copy(dataset, fs::path(folder) / name,
+           fs::copy_options::recursive | fs::copy_options::overwrite_existing);
 }
 
 struct Spoilt {

@@ -41,8 +41,8 @@ class SingleImages {
     Likeness likeness;
     Count patches;
     std::int64_t num_facts = 1;  ///< patches, as many as are independent of each other
-    double shift_px = 0.0;   ///< what of it is sure
-    double unsure_px = 0.0;  ///< what either component may be off by
+    double shift_px = 0.0;       ///< what of it is sure
+    double unsure_px = 0.0;      ///< what either component may be off by
     bool has_shift = false;
   };
   /// Patches that an image shares with each other image.
