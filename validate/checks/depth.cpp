@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/parallel.h"
@@ -67,108 +69,106 @@ class DepthChecker : public Checker {
     const int step = std::max(1, window.sequence().num_frames / 20);
     if (window.frame() % step != 0) return;
     const auto num_cameras = window.sequence().cameras.size();
-    std::vector<std::optional<DepthMarks>> marks(num_cameras);
+    cameras_.resize(num_cameras);
     core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
       const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
+      if (!view || view->image->depth.empty()) return;
+      CameraMarks& marks = cameras_[static_cast<std::size_t>(camera)];
+      const auto depths = view->image->depth.data();
+      marks.sees_ground =
+          marks.sees_ground || std::any_of(depths.begin(), depths.end(),
+                                           [](float value) { return std::isfinite(value); });
       // On level ground all that a camera sees straight below is equally deep.
       constexpr double kStraight = 1.0 - 1e-5;  // 0.26 deg
-      if (!view || view->image->depth.empty()) return;
       if (std::abs(view->local_from_camera.rotation(2, 2)) > kStraight) return;
-      marks[static_cast<std::size_t>(camera)] = marks_of(view->image->depth);
+      const std::optional<DepthMarks> of_image = marks_of(view->image->depth);
+      if (!of_image) return;
+      if (of_image->steps) marks.in_steps.push_back(of_image->steps->share);
+      marks.stretches_per_value.push_back(of_image->stretches_per_value);
+      marks.at_most.push_back(of_image->share_at_most);
     });
-    for (std::size_t camera = 0; camera < num_cameras; ++camera) {
-      if (!marks[camera]) continue;
-      if (marks[camera]->steps) shares_in_steps_.push_back(marks[camera]->steps->share);
-      stretches_per_value_.push_back(marks[camera]->stretches_per_value);
-      share_at_most_.push_back(marks[camera]->share_at_most);
-      if (marks[camera]->share_at_most < worst_share_ && !worst_place_.empty()) continue;
-      worst_share_ = marks[camera]->share_at_most;
-      worst_place_ = fmt::format("{}, frame {}: {:.2g}", window.sequence().cameras[camera].name,
-                                 window.frame(), worst_share_);
-    }
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
-    const bool has_depth =
-        std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
-          return std::any_of(camera.files.begin(), camera.files.end(),
-                             [](const FrameFiles& files) { return !files.depth.empty(); });
-        });
-    const auto none = has_depth ? unseen_result : skipped_result;
-    const auto why_none = [&](const char* why) {
-      return has_depth ? why : "the dataset holds no depth";
-    };
-    std::vector<CheckResult> results;
-    if (stretches_per_value_.empty()) {
-      const char* why = why_none("no image has 2000 depths off level ground seen from above");
-      results = {none("depth_levels", why), none("depth_limit", why)};
-    } else {
-      results = {levels_result(), limit_result()};
-    }
-    results.push_back(shares_in_steps_.empty()
-                          ? none("depth_steps", why_none("no image has 500 different depths"))
-                          : steps_result());
-    return results;
-  }
-
- private:
-  CheckResult levels_result() {
     CheckResult levels;
     levels.name = "depth_levels";
-    levels.value = median(stretches_per_value_);
     levels.bound = 3.0;
     levels.unit = "stretches";
-    levels.ok = levels.is_within_bound();
     levels.summary =
         "Stretches of pixels of one depth, to the bit, by different depths; along rows or columns, "
-        "of which it is less; median of the images.";
+        "of which it is less; median of a camera's images.";
     levels.reason =
         "float32 tells depths of 100 m apart to 8 µm: nearly every pixel has its own, or, of level "
         "ground, every line.";
     levels.detects = "depth of 10 bits, or in steps of that size";
-    return levels;
-  }
 
-  CheckResult limit_result() {
     CheckResult limit;
     limit.name = "depth_limit";
-    limit.value = median(share_at_most_);
     limit.bound = 2e-3;
     limit.unit = "share";
-    limit.ok = limit.is_within_bound();
-    limit.worst = worst_place_;
     limit.summary =
         "Pixels that hold exactly the greatest depth of their image, as those to their right and "
-        "below do: share of all with depth, median of the images.";
+        "below do: share of all with depth, median of a camera's images.";
     limit.reason = "The farthest ground is a pixel, or a line of them.";
     limit.detects = "depth that is clipped; sky that is written as a depth";
-    return limit;
-  }
 
-  CheckResult steps_result() {
     CheckResult steps;
     steps.name = "depth_steps";
-    steps.value = median(shares_in_steps_);
     steps.bound = 0.5;
     steps.unit = "share";
-    steps.ok = steps.is_within_bound();
     steps.summary =
         "Different depths of an image that are whole steps of a metre's decimal or binary part, or "
-        "have no more digits "
-        "than a float of 16 bits; the steps that fit most of them, median of the images.";
+        "have no more digits than a float of 16 bits; the steps that fit most of them, median of a "
+        "camera's images.";
     steps.reason =
         "Of float32 one depth in twenty is such by chance, where float32's own steps are a "
         "twentieth of them: to 512 m of millimetres, to 8 km of centimetres.";
     steps.detects =
         "steps of a millimetre up to 512 m, of a centimetre up to 8 km; floats of 16 bits";
-    return steps;
+
+    const char* few = "fewer than 2000 depths, or level ground seen from above";
+    return {judged(levels, sequence, &CameraMarks::stretches_per_value, few),
+            judged(limit, sequence, &CameraMarks::at_most, few),
+            judged(steps, sequence, &CameraMarks::in_steps, "fewer than 500 different depths")};
+  }
+
+ private:
+  /// What the images of one camera show, in any order.
+  struct CameraMarks {
+    bool sees_ground = false;
+    std::vector<double> stretches_per_value, at_most, in_steps;
+  };
+
+  /// By the camera whose median is greatest; unseen where a camera that sees ground shows nothing of the kind.
+  /// why   images of such a camera
+  CheckResult judged(CheckResult result, const Sequence& sequence,
+                     std::vector<double> CameraMarks::*marks, const char* why) {
+    const bool has_depth =
+        std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
+          return std::any_of(camera.files.begin(), camera.files.end(),
+                             [](const FrameFiles& files) { return !files.depth.empty(); });
+        });
+    if (!has_depth) return skipped_result(result.name, "the dataset holds no depth");
+    std::vector<std::string> untold;
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      std::vector<double>& values = cameras_[i].*marks;
+      if (!values.empty())
+        note_worst(result, median(values), sequence.cameras[i].name);
+      else if (cameras_[i].sees_ground)
+        untold.push_back(sequence.cameras[i].name);
+    }
+    if (result.worst.empty() && untold.empty())
+      return unseen_result(result.name, "no image shows ground");
+    result.ok = result.worst.empty() || result.is_within_bound();
+    if (result.ok && !untold.empty() && !options_.is_trial) {
+      result.is_unseen = result.skipped = result.is_of_all = true;
+      result.worst = fmt::format("images of {} have {}", fmt::join(untold, ", "), why);
+    }
+    return result;
   }
 
   ValidateOptions options_;
-  std::vector<double> shares_in_steps_;
-  std::vector<double> stretches_per_value_, share_at_most_;
-  double worst_share_ = 0.0;
-  std::string worst_place_;
+  std::vector<CameraMarks> cameras_;
 };
 
 }  // namespace
