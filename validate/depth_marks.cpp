@@ -74,7 +74,7 @@ int num_bits_of(const std::vector<float>& values) {
 }  // namespace
 
 std::optional<DepthSteps> find_steps(const core::ImageF& depth) {
-  constexpr std::size_t kPixels = 200'000;  // tell as much as all
+  constexpr std::size_t kPixels = 20'000;  // tell as much as all
   const std::size_t step = std::max<std::size_t>(1, depth.data().size() / kPixels);
   std::vector<float> values;
   for (std::size_t i = 0; i < depth.data().size(); i += step)

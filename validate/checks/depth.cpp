@@ -66,7 +66,7 @@ class DepthChecker : public Checker {
 
   void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
     // Numbers of a kind are so in all frames alike: sorting some of them is enough.
-    const int step = std::max(1, window.sequence().num_frames / 20);
+    const int step = std::max(1, window.sequence().num_frames / 10);
     if (window.frame() % step != 0) return;
     const auto num_cameras = window.sequence().cameras.size();
     cameras_.resize(num_cameras);
