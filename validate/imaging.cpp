@@ -110,6 +110,7 @@ Imaging imaging_of_settings(const std::string& settings, const std::string& wher
   };
   const std::string polynomial = word_of("lens.vignetting_polynomial");
   imaging.has_shading = is_above_0("lens.vignetting_exponent") || is_above_0("soiling.smudges") ||
+                        is_above_0("soiling.dirt_spots") ||
                         (!polynomial.empty() && polynomial != "[]");
   if (const std::string mode = word_of("color.white_balance"); !mode.empty()) {
     imaging.white_balance = mode;

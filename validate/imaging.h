@@ -20,7 +20,7 @@ struct Imaging {
   double blue_scale = 1.0;
   /// What white is by: cameras with unlike ones show one place in unlike colours.
   std::string white_balance = "scene";
-  /// Whether brightness goes along with the image rather than with what it shows: vignetting, smudges on the lens.
+  /// Whether brightness goes along with the image rather than with what it shows: vignetting, smudges and dirt on the lens.
   bool has_shading = false;
   /// Of the converter to digital numbers; 0: none.
   int sensor_bits = 0;

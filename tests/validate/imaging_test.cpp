@@ -33,7 +33,7 @@ TEST(ImagingSettings, AreReadBySectionAndKey) {
   EXPECT_FALSE(imaging.has_shading);
   for (const char* shades :
        {"[lens]\nvignetting_exponent = 0.5\n", "[lens]\nvignetting_polynomial = [-0.1, 0.0, 0.0]\n",
-        "[soiling]\nsmudges = 2\n"})
+        "[soiling]\nsmudges = 2\n", "[soiling]\ndirt_spots = 1\n"})
     EXPECT_TRUE(imaging_of_settings(shades, "cam0").has_shading) << shades;
   for (const char* shades_not : {"[lens]\nvignetting_exponent = 0.0\nvignetting_polynomial = []\n",
                                  "[soiling]\nsmudges = 0\n"})

@@ -260,9 +260,9 @@ double rough_scale(Trial trial, const Family& family) {
     apply(trial, family, by);
     scale = (1.0 + scale) * (1.0 + step) - 1.0;
     constexpr double kNear = 1e-3;
-    if (std::abs(step) < kNear) break;
+    if (std::abs(step) < kNear) return scale;
   }
-  return scale;
+  return 0.0;  // it found no end
 }
 
 /// x   a correction to begin with
@@ -364,7 +364,7 @@ bool is_small(const Fit& fit) {
     case kPositionX:
       return true;  // m, of any scene
     case kScale:
-      return size < 0.5;  // it begins with a rough one
+      return std::abs(1.0 / (1.0 + fit.x[0]) - 1.0) < 0.5;  // it begins with a rough one
     default:
       return size < 0.2;  // relative, or rad
   }

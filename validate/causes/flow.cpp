@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Every so many pixels both ways are enough to know a flow again; in small images four hundred in all.
+/// Sampling step, px: 12, and less in small images, so that about 400 pixels are compared.
 int step_of(const core::ImageF& flow) {
   constexpr int kMost = 12;
   constexpr double kPixels = 400.0;

@@ -421,9 +421,10 @@ class ColmapModelChecker : public Checker {
     color.bound = 16.0;
     color.unit = "levels";
     color.ok = color.value <= color.bound;
-    color.is_unseen = color.skipped = !std::isfinite(difference.unsure);
-    color.worst =
-        color.skipped ? fmt::format("{} points tell nothing", color_differences.size()) : "";
+    color.is_unseen = color.skipped = color.ok && !difference.tells(color.bound);
+    color.worst = color.skipped ? fmt::format("too few points ({}) for their median",
+                                              color_differences.size())
+                                : "";
     color.summary = fmt::format(
         "Median over {} points of the difference (mean of the channels) between a point's colour "
         "and the most similar of its images: {:.3g}; what of it is sure.",

@@ -151,7 +151,10 @@ Tints tints_of(const Sequence& sequence, const View& view) {
     const double red = image.color.data()[3 * i], blue = image.color.data()[3 * i + 2];
     const float depth_m = image.depth.data()[i];
     const bool is_sky = std::isinf(depth_m);
-    if (red + blue == 0.0 ||
+    // What fills the sensor is white whatever its colour.
+    constexpr std::uint8_t kFull = 255;
+    const auto* channels = &image.color.data()[3 * i];
+    if (red + blue == 0.0 || *std::max_element(channels, channels + 3) == kFull ||
         !(is_sky || (is_plant[image.segmentation.data()[i]] && depth_m < kFarthest_m)))
       continue;
     (is_sky ? tints.sky : tints.plants).push_back((blue - red) / (blue + red));
@@ -258,24 +261,29 @@ class ColorsChecker : public Checker {
           sequence.classes.empty()
               ? "the dataset holds no classes"
               : "no image shows 2000 pixels of plants within 500 m, in the scene's white");
+    const std::string sky =
+        skies.empty()
+            ? std::string("not seen")
+            : fmt::format("{:.2g} to {:.2g}", *std::min_element(skies.begin(), skies.end()),
+                          *std::max_element(skies.begin(), skies.end()));
     // Where no sky is seen, light through haze has been seen to leave plants 0.12.
     const double more_than_light = skies.empty() ? 0.2 : 0.1;
-    const double sky = skies.empty() ? 0.0 : median(skies);
-    plants.bound = std::max(0.0, sky) + more_than_light;
+    skies.push_back(0.0);  // the sun's
+    const auto [reddest, bluest] = std::minmax_element(skies.begin(), skies.end());
+    plants.bound = *bluest + more_than_light;
     // Between these nature, imagery and swapped channels look alike.
-    if (plants.value >= std::min(0.0, sky) - more_than_light && plants.is_within_bound())
+    if (plants.value >= *reddest - more_than_light && plants.is_within_bound())
       return unseen_result(
           plants.name,
           fmt::format(
-              "{}: plants' {:.2g}, and {}: so are needles under a blue sky, leaves in haze, "
+              "{}: plants' {:.2g}, the sky's {}: so are needles under a blue sky, leaves in haze, "
               "uncorrected imagery, and swapped channels",
-              plants.worst, plants.value,
-              skies.empty() ? "no sky is seen" : fmt::format("the sky's {:.2g}", sky)));
+              plants.worst, plants.value, sky));
     plants.ok = plants.is_within_bound();
     plants.summary = fmt::format(
         "(blue - red) / (blue + red) of pixels whose class is forest, shrubs, grass or crops: "
         "median of an image's, and of a camera's images. The sky's is {}.",
-        skies.empty() ? "not seen" : fmt::format("{:.2g}", sky));
+        sky);
     plants.reason =
         "Leaves throw back more red than blue: by 0.1 to 0.3 in sunlight, and as much of both in "
         "the blue light of the sky alone, where needles have up to 0.1 more blue. So plants are "

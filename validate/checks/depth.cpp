@@ -26,9 +26,10 @@ struct DepthMarks {
 
 /// Level ground is equally deep along a line of the image: it has one stretch of each depth, and no area. What is in
 /// steps has many stretches of each, and what is cut has an area.
-/// returns  nothing of few depths, of one alone (level ground from straight above), and where float32 itself has hardly
-///          more steps between the nearest and the farthest than there are pixels
-std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
+/// looks_straight_down  within 0.26 deg, or up
+/// returns  nothing of few depths, of level ground from straight above, and where float32 itself has hardly more steps
+///          between the nearest and the farthest than there are pixels
+std::optional<DepthMarks> marks_of(const core::ImageF& depth, bool looks_straight_down) {
   std::vector<float> values;
   std::int64_t num_along_rows = 0, num_along_columns = 0;
   for (int y = 0; y < depth.height(); ++y)
@@ -44,6 +45,8 @@ std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
   const auto count = static_cast<double>(values.size());
   std::sort(values.begin(), values.end());
   const float least = values.front(), most = values.back();
+  constexpr float kLevel = 0.99F;
+  if (looks_straight_down && least > kLevel * most) return std::nullopt;
   constexpr double kMoreSteps = 4.0;
   const float next = std::nextafter(most, std::numeric_limits<float>::infinity());
   if (static_cast<double>(most - least) < kMoreSteps * count * static_cast<double>(next - most))
@@ -78,10 +81,9 @@ class DepthChecker : public Checker {
       marks.sees_ground =
           marks.sees_ground || std::any_of(depths.begin(), depths.end(),
                                            [](float value) { return std::isfinite(value); });
-      // On level ground all that a camera sees straight below is equally deep.
       constexpr double kStraight = 1.0 - 1e-5;  // 0.26 deg
-      if (std::abs(view->local_from_camera.rotation(2, 2)) > kStraight) return;
-      const std::optional<DepthMarks> of_image = marks_of(view->image->depth);
+      const std::optional<DepthMarks> of_image = marks_of(
+          view->image->depth, std::abs(view->local_from_camera.rotation(2, 2)) > kStraight);
       if (!of_image) return;
       if (of_image->steps) marks.in_steps.push_back(of_image->steps->share);
       marks.stretches_per_value.push_back(of_image->stretches_per_value);
@@ -126,10 +128,13 @@ class DepthChecker : public Checker {
     steps.detects =
         "steps of a millimetre up to 512 m, of a centimetre up to 8 km; floats of 16 bits";
 
-    const char* few = "fewer than 2000 depths, or level ground seen from above";
+    const char* few =
+        "fewer than 2000 depths, level ground from straight above, or depths as near to each other "
+        "as float32 tells them";
     return {judged(levels, sequence, &CameraMarks::stretches_per_value, few),
             judged(limit, sequence, &CameraMarks::at_most, few),
-            judged(steps, sequence, &CameraMarks::in_steps, "fewer than 500 different depths")};
+            judged(steps, sequence, &CameraMarks::in_steps,
+                   "fewer than 500 different depths, or level ground from straight above")};
   }
 
  private:

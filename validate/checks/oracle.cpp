@@ -7,6 +7,7 @@
 #include "core/printable.h"
 #include "core/semantic_class.h"
 #include "validate/checks/checker.h"
+#include "validate/null_distribution.h"
 #include "validate/oracle/shown_geometry.h"
 #include "validate/oracle_claims.h"
 #include "validate/oracle_pixels.h"
@@ -384,6 +385,15 @@ class OracleChecker : public Checker {
     result.unit = "(of length 1)";
     result.ok = result.is_within_bound();
     result.worst = worst_normal_place_;
+    // A border is a line; of few pixels more may be on one by chance.
+    const std::int64_t most_tied =
+        binomial_quantile(kFalseVerdict, num_normals_, kMostSilhouettesOfObjects);
+    if (result.ok && num_tied_normals_ > most_tied) {
+      result.ok = false;
+      result.value = static_cast<double>(num_tied_normals_);
+      result.bound = static_cast<double>(most_tied);
+      result.unit = "pixels, which show the other side of a triangle's border";
+    }
     result.summary = fmt::format(
         "Largest difference between a normal and that of the triangle that an exact ray meets, of "
         "{} pixels; of {} more the ray passes a triangle's border within 1e-3 px, and the normal "

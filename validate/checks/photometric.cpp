@@ -224,11 +224,13 @@ class PhotometricChecker : public Checker {
     Estimates estimates(kWorthFinding);
     std::size_t num_unlike = 0;
     std::set<std::string> told;
+    double most = 0.0;
     for (const auto& [kind, pool] : pools_) {
       if (!pool.is_of_one_white) ++num_unlike;
       if (!(pool.colors.swapped > 0.0)) continue;
       Estimate estimate = pool.colors.swapped_fits_better(pool.patches_per_fact);
       estimate.where = kind;
+      if (estimate.degrees > 0.0) most = std::max(most, estimate.value);
       const auto& cameras = cameras_of_kind_.at(kind);
       // What fits worse swapped by as much would have been found.
       Estimates as_swapped(kWorthFinding);
@@ -251,6 +253,7 @@ class PhotometricChecker : public Checker {
     for (const Camera& camera : sequence.cameras)
       if (has_color(camera) && !told.contains(camera.name)) untold.push_back(camera.name);
     if (options_.is_trial) {  // of few patches, which call nothing wrong
+      channels.value = most;
       channels.bound = kWorthFinding;
       channels.is_unseen = channels.skipped = false;
       channels.ok = channels.is_within_bound();

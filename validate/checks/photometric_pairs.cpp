@@ -1,6 +1,7 @@
 #include "validate/checks/photometric_pairs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -26,21 +27,41 @@ Eigen::Vector3d color_around(const core::Image8& color, int x, int y) {
   return sum / 9.0;
 }
 
-/// Compares two colours of one place; an image that is grey is held against the other's luma.
-void compare_colors(const Eigen::Vector3d& a, const Eigen::Vector3d& b, PairMatches& matches) {
-  const auto is_grey = [](const Eigen::Vector3d& c) { return c[0] == c[1] && c[1] == c[2]; };
-  const auto luma = [](const Eigen::Vector3d& c) {
-    return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2];
-  };
-  if (is_grey(a) && is_grey(b)) return;
-  const auto difference = [&](const Eigen::Vector3d& of_a) {
-    if (is_grey(b)) return std::abs(luma(of_a) - b[0]);
-    if (is_grey(a)) return std::abs(luma(b) - a[0]);
-    return (of_a - b).cwiseAbs().sum() / 3.0;
-  };
+using ColorPair = std::array<Eigen::Vector3d, 2>;
+
+double luma_of(const Eigen::Vector3d& c) { return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2]; }
+bool is_grey(const Eigen::Vector3d& c) { return c[0] == c[1] && c[1] == c[2]; }
+
+/// Compares colours of places in two images; one that is grey is compared with the other's luma. What the second image
+/// is brighter by all over, as with an exposure of its own, tells nothing, in either order of the channels.
+ColorDifferences compare_colors(std::vector<ColorPair> pairs) {
+  constexpr double kFull = 254.0;  // beyond it colours are cut to white
+  std::erase_if(pairs, [&](const ColorPair& pair) {
+    return (is_grey(pair[0]) && is_grey(pair[1])) || pair[0].maxCoeff() > kFull ||
+           pair[1].maxCoeff() > kFull;
+  });
+  // The first of each is in colour.
+  for (ColorPair& pair : pairs)
+    if (is_grey(pair[0])) std::swap(pair[0], pair[1]);
   const auto swapped = [](const Eigen::Vector3d& c) { return Eigen::Vector3d(c[2], c[1], c[0]); };
-  matches.colors.add(difference(a),
-                     is_grey(a) ? std::abs(luma(swapped(b)) - a[0]) : difference(swapped(a)));
+  double of_first = 0.0, of_swapped = 0.0, of_second = 0.0;
+  for (const ColorPair& pair : pairs) {
+    of_first += luma_of(pair[0]);
+    of_swapped += luma_of(swapped(pair[0]));
+    of_second += luma_of(pair[1]);
+  }
+  ColorDifferences differences;
+  if (!(of_first > 0.0 && of_swapped > 0.0)) return differences;
+  for (const auto& [first, second] : pairs) {
+    const auto difference = [&second = second, of_second](const Eigen::Vector3d& color,
+                                                          double sum) {
+      const Eigen::Vector3d as_bright = of_second / sum * color;
+      return is_grey(second) ? std::abs(luma_of(as_bright) - second[0])
+                             : (as_bright - second).cwiseAbs().sum() / 3.0;
+    };
+    differences.add(difference(first, of_first), difference(swapped(first), of_swapped));
+  }
+  return differences;
 }
 
 /// What shifts of patches between two images may all be off by alike: where the images move by the same part of a pixel
@@ -79,12 +100,16 @@ Estimate ColorDifferences::swapped_fits_better(double patches_per_fact) const {
   constexpr double kHaze = 0.18;  // log 1.2; of 500 right datasets the most was 0.03
   Estimate estimate;
   estimate.allowance = kHaze;
-  estimate.degrees = static_cast<double>(num_patches) / patches_per_fact - 1.0;
+  constexpr std::int64_t kEnough = 20;
+  estimate.degrees =
+      num_patches < kEnough ? 0.0 : static_cast<double>(num_patches) / patches_per_fact - 1.0;
   if (!(right > 0.0)) return estimate;
   // The error of a ratio of sums, from what each patch departs from it.
+  constexpr double kRounding = 0.1;  // levels, of means of nine
   const double ratio = right / swapped;
   const double squares =
-      std::max(0.0, right_squares - ratio * (2.0 * products - ratio * swapped_squares));
+      std::max(static_cast<double>(num_patches) * kRounding * kRounding,
+               right_squares - ratio * (2.0 * products - ratio * swapped_squares));
   estimate.value = std::max(0.0, std::log(ratio));
   estimate.standard_error = std::sqrt(patches_per_fact * squares) / right;
   return estimate;
@@ -102,6 +127,7 @@ PairMatches compare_patches(const ViewPair& pair, const ValidateOptions& options
                               static_cast<std::uint64_t>(pair.b.camera_index)) |
                              1ULL << 40;
   std::vector<Residual> residuals;
+  std::vector<ColorPair> colors;
   const Transfer transfer(pair.a, pair.b);
   // What makes a rig's world grey is another gain in each rig.
   const std::string& white = pair.a.camera->imaging.white_balance;
@@ -120,10 +146,9 @@ PairMatches compare_patches(const ViewPair& pair, const ValidateOptions& options
     matches.correlation.push_back(worth_of(*match));
     if (!match->is_resolved) ++matches.num_unresolved;
     if (matches.is_of_one_white)
-      compare_colors(color_around(pair.a.image->color, at.x(), at.y()),
-                     color_around(pair.b.image->color, static_cast<int>(match->place.pixel.x()),
-                                  static_cast<int>(match->place.pixel.y())),
-                     matches);
+      colors.push_back({color_around(pair.a.image->color, at.x(), at.y()),
+                        color_around(pair.b.image->color, static_cast<int>(match->place.pixel.x()),
+                                     static_cast<int>(match->place.pixel.y()))});
     // Leaves finer than pixels, others in each image, shift patches as they like: of woods and gardens in
     // hundreds of patches by enough to look like a turn of all cameras by 0.012 degrees.
     if (!match->has_converged || !match->is_resolved) continue;
@@ -143,6 +168,7 @@ PairMatches compare_patches(const ViewPair& pair, const ValidateOptions& options
       residuals.push_back(residual);
     }
   }
+  matches.colors = compare_colors(std::move(colors));
   matches.patches_per_fact =
       patches_per_fact(matches.correlation.size(), pair.a.camera->intrinsics.width_px,
                        pair.a.camera->intrinsics.height_px);

@@ -22,6 +22,7 @@ struct ColorDifferences {
   void add(double difference, double swapped_difference);
   ColorDifferences& operator+=(const ColorDifferences& other);
   /// By what factor, as a natural logarithm, the colours fit better with red and blue swapped; 0 where they fit worse.
+  /// It knows nothing of fewer than twenty patches.
   Estimate swapped_fits_better(double patches_per_fact) const;
   /// The logarithm the other way: what it would be if one of the two were swapped; +inf where colours are the same.
   double right_fits_better() const;

@@ -25,14 +25,12 @@ struct OddRow {
 struct SingleRows {
   OddRow farthest;
   std::size_t num_rows = 0;  ///< that could be compared
-  bool is_spoilt =
-      false;  ///< by that row: without it, or with it and its neighbour exchanged, the others fit
+  /// By that row: without it, or with it and its neighbour exchanged, the others fit; or by the leap to it.
+  bool is_spoilt = false;
 };
 
 /// The farthest row is beyond this in a path that it spoils.
 inline constexpr double kOddRow_steps = 0.75;
-/// All rows of a steady path are within this.
-inline constexpr double kSteady_steps = 0.2;
 
 /// Of rows with at least two others on one side and one on the other; a path of fewer than five tells nothing.
 SingleRows find_single_rows(const std::vector<std::optional<Pose>>& poses);
