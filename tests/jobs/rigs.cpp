@@ -76,6 +76,7 @@ std::string draw_fisheye(Draws& draws, const ImageSize& size) {
 /// A wide-angle model that COLMAP does not support.
 std::string draw_wide(Draws& draws, const ImageSize& size) {
   const double scale = size.width_px / 160.0;
+  const double corner_px = 0.5 * std::hypot(size.width_px, size.height_px);
   switch (draws.below(7)) {
     case 0:
       return fmt::format("model = \"opencv_fisheye\"\nfx_px = {:.3f}\nk1 = 0.01\nk2 = -0.002\n",
@@ -83,15 +84,13 @@ std::string draw_wide(Draws& draws, const ImageSize& size) {
     case 1:
       return fmt::format("model = \"unified\"\nfx_px = {:.3f}\nxi = 1.25\nk1 = -0.05\np1 = 0.001\n",
                          80.0 * scale);
-    case 2: {
-      // It ends 2.38 focal lengths from the middle, where a pixel sees no angle at all, and its corners stay within 1.9.
-      const double corner_px = 0.5 * std::hypot(size.width_px, size.height_px);
+    // The next two end 2.4 focal lengths from the middle, where a pixel sees no angle at all: corners stay within 1.9.
+    case 2:
       return fmt::format("model = \"extended_unified\"\nfx_px = {:.3f}\nalpha = 0.58\nbeta = 1.1\n",
                          std::max(55.0 * scale, corner_px / 1.9));
-    }
     case 3:
       return fmt::format("model = \"double_sphere\"\nfx_px = {:.3f}\nxi = -0.2\nalpha = 0.59\n",
-                         40.0 * scale);
+                         std::max(40.0 * scale, corner_px / 1.9));
     case 4:
       return "model = \"equirectangular\"\n";
     case 5:
