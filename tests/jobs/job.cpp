@@ -141,7 +141,8 @@ Flight draw_flight(Draws draws, const JobWorld& world, const JobSize& size) {
       break;
     }
     case kLoop: {
-      const double length_m = std::max(0.5 * way_m, 20.0);
+      // Half a radian from frame to frame at most, as when it hovers: rolling shutters see a point at several times else.
+      const double length_m = std::max({0.5 * way_m, 20.0, 4.0 * flight.speed_mps * size.frame_s});
       text += fmt::format(
           "kind = \"loop\"\nstart = {}\nheading_deg = {:.3f}\nlength_m = {:.2f}\nwidth_m = {:.2f}\n"
           "height_change_m = {:.2f}\nroundness = {:.2f}\nlaps = 3.0\n",
