@@ -10,7 +10,7 @@ namespace terracast::test {
 
 namespace {
 
-/// What its pilot wants for a while.
+/// What the pilot commands for a while.
 struct Wish {
   double until_s = 0.0;
   double speed_mps = 0.0;

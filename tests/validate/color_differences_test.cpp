@@ -5,7 +5,7 @@
 #include "tests/jobs/draws.h"
 #include "validate/checks/photometric_pairs.h"
 
-/// What patches say of the order of channels: nothing where they are few, and by their scatter where they are many.
+/// Evidence for swapped channels: none from a few patches; from many, judged by their scatter.
 namespace terracast::validate {
 namespace {
 

@@ -175,7 +175,7 @@ TEST_F(StatedImaging, AnAberrationIsNoMistakeWhereItIsStatedAndOneWhereItIsNot) 
 TEST_F(StatedImaging, AnotherWhiteIsNoMistakeWhereItIsStatedAndOneWhereItIsNot) {
   const Results stated = validate(cooler, "[color]\nwhite_balance = \"gains\"\n");
   EXPECT_EQ(failures(stated), "");
-  // A camera that is held against itself alone could have red and blue swapped in all its images.
+  // Comparing a camera with itself cannot show red and blue swapped in all its images.
   EXPECT_TRUE(stated.at("photometric_channels").is_unseen);
   EXPECT_NE(stated.at("photometric_channels").summary.find("balance white otherwise"),
             std::string::npos);

@@ -179,7 +179,7 @@ TEST(JudgedShares, FewPointsMayBeMoreByChanceAndManyNotBeyondWhatIsAllowed) {
     std::int64_t num_wrong, num_points;
     bool is_ok;
   };
-  // Where 2 % may be wrong, 3 wrong points of 100 prove nothing; 30 000 of a million do.
+  // If 2 % may be wrong, 3 wrong points of 100 prove nothing, but 30 000 of a million do.
   for (const auto& [allowance, one] : {std::pair{0.02, Case{3, 100, true}},
                                        {1e-5, Case{6, 10000, true}},
                                        {0.02, Case{30000, 1000000, false}},

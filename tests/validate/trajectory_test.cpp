@@ -88,7 +88,7 @@ TEST(ValidateTrajectory, ALongHoverAndOneStartIsRight) {
   EXPECT_TRUE(check(poses).at("trajectory_jumps").ok);
 }
 
-/// Where nothing is steady a row that stands twice is nothing to remark: it is unseen, not right.
+/// On an unsteady path a duplicated row does not stand out: the result is unseen, not right.
 TEST(ValidateTrajectory, WhereNothingIsSteadyAWrongRowIsUnseen) {
   std::vector<Pose> poses;
   double x_m = 0.0;
@@ -100,7 +100,7 @@ TEST(ValidateTrajectory, WhereNothingIsSteadyAWrongRowIsUnseen) {
   EXPECT_TRUE(check(poses).at("trajectory_jumps").is_unseen);
 }
 
-/// What a logger writes while nothing moves: places that scatter by a centimetre.
+/// A logger at rest: positions with a centimetre of noise.
 TEST(ValidateTrajectory, ANoisyHoverIsRight) {
   for (std::uint64_t seed = 1; seed <= 20000; ++seed) {
     test::Draws draws(seed, "hover");

@@ -58,7 +58,7 @@ void add_color_mutations(std::vector<Mutation>& list) {
         });
       },
       [](const RightDataset& d) {
-        // Of KITTI's two the grey images tell which is wrong.
+        // KITTI's grey images show which of the two colour cameras is wrong.
         return Expected{{fmt::format("colours of {} stand in the order blue, green, red",
                                      d.recording.cameras[1].name)},
                         std::nullopt,
