@@ -42,6 +42,16 @@ std::string picture_of(const std::filesystem::path& folder, const std::string& f
   return format + "/page/images/" + pictures[pictures.size() / 2];
 }
 
+/// The smallest error that would have shown: where a check did not find it out by its scatter, one that takes all that
+/// the value and the bound leave, whichever way the value would have gone.
+/// returns  nothing beside a bound of 0, where any would, and where nothing was measured or something is wrong
+std::optional<double> smallest_of(const CheckResult& result) {
+  if (result.smallest) return result.smallest;
+  if (result.skipped || !result.ok || result.probability || result.bound == 0.0)
+    return std::nullopt;
+  return result.is_lower_bound ? result.value - result.bound : result.value + result.bound;
+}
+
 }  // namespace
 
 double share_of_bound(double value, double bound, bool is_lower_bound) {
@@ -72,7 +82,9 @@ Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset
                      .set("reason", result.reason)
                      .set("detects", result.detects);
     if (result.probability) check.set("probability", *result.probability);
-    if (result.smallest && std::isfinite(*result.smallest)) check.set("smallest", *result.smallest);
+    if (const std::optional<double> smallest = smallest_of(result);
+        smallest && std::isfinite(*smallest))
+      check.set("smallest", *smallest);
     if (dataset != nullptr)
       if (const std::optional<Place> place = place_in(result.worst, *dataset))
         check.set("place", place_json(*place, *dataset));

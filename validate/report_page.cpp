@@ -176,6 +176,8 @@ std::string section(const Json& check) {
   if (check.has("smallest"))
     item("smallest error that would have shown",
          fmt::format("{} {}", shown(check.at("smallest").number()), unit));
+  else if (!is_skipped && check.at("bound").number() == 0.0)
+    item("smallest error that would have shown", "a single one");
   item(is_skipped ? "why not" : "worst", check.at("worst").string());
   return html + "</dl>\n<div class=\"figures\"></div>\n</div></details>\n";
 }

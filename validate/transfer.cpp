@@ -97,6 +97,25 @@ std::optional<Transfer::Place> Transfer::place(const Vector2d& pixel_a, double d
   return see_by_line(b_, line_that_sees(b_, place.point_b, is_direction), place);
 }
 
+bool Transfer::is_seen_at(const Vector2d& pixel_b, const Vector2d& pixel_a, double distance_m,
+                          bool is_direction, double tolerance_px) const {
+  const Intrinsics& camera = b_.camera->intrinsics;
+  if (is_direction && camera.plane && !camera.plane->is_central()) return false;
+  double offset_a_s = 0.0;
+  const Pose b_from_a = b_from_a_at(pixel_a, offset_a_s);
+  const Pose now_from_a =
+      b_.lines
+          ? b_.lines->start_from_camera(b_.lines->shutter.offset_s(pixel_b, camera)).inverse() *
+                b_from_a
+          : b_from_a;
+  const Vector3d point =
+      is_direction ? Vector3d(now_from_a.rotation * a_.camera->intrinsics.ray_from_pixel(pixel_a))
+                   : now_from_a * a_.camera->intrinsics.point_from_pixel(pixel_a, distance_m);
+  const Vector2d pixel = camera.pixel_from_point(point);
+  return camera.distance_m(point, pixel) > 0.0 &&
+         camera.way_px(pixel, pixel_b).norm() <= tolerance_px;
+}
+
 std::optional<Transfer::Place> Transfer::point_of_body(int body, const Vector2d& pixel_a,
                                                        double distance_m) const {
   const std::optional<Moving>& moving = a_.sequence->moving;

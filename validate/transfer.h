@@ -45,6 +45,12 @@ class Transfer {
   std::optional<Place> direction(const Eigen::Vector2d& pixel_a) const {
     return place(pixel_a, 1.0, true);
   }
+  /// Whether `b` sees a point, or a direction, at a pixel as well: a rolling shutter that turns fast sees one at several
+  /// times, of which point() is one.
+  /// pixel_b        whose line tells the time
+  /// tolerance_px   how far from it the point may stand then
+  bool is_seen_at(const Eigen::Vector2d& pixel_b, const Eigen::Vector2d& pixel_a, double distance_m,
+                  bool is_direction, double tolerance_px) const;
   /// A place of the local frame as `b` sees it.
   static std::optional<Place> of_local_point(const View& b, const Eigen::Vector3d& point_local);
 

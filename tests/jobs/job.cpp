@@ -55,15 +55,23 @@ double draw_agl_m(Draws& draws, const JobWorld& world) {
   return std::clamp(agl_m, world.least_agl_m, world.most_agl_m);
 }
 
-JobSize draw_job_size(Draws draws, bool is_small) {
+JobSize draw_job_size(Draws draws, JobExtent extent) {
   JobSize size;
   size.num_frames = static_cast<int>(draws.log_between(2.0, 61.0));
   size.color_samples = draws.among({1, 1, 2, 4, 4, 8, 16});
   size.rays = draws.log_between(2e5, 8e6);
   size.frame_s = 1.0 / draws.log_between(0.1, 30.0);
-  if (is_small) {
-    size.num_frames = std::min(size.num_frames, 10);
-    size.rays *= 0.1;
+  switch (extent) {
+    case JobExtent::Whole:
+      break;
+    case JobExtent::Small:
+      size.num_frames = std::min(size.num_frames, 10);
+      size.rays *= 0.1;
+      break;
+    case JobExtent::Quick:
+      size.num_frames = std::min(size.num_frames, 5);
+      size.rays *= 0.03;
+      break;
   }
   return size;
 }
@@ -321,9 +329,11 @@ GeneratedJob generate_job(std::uint64_t seed, const JobChoice& choice) {
   GeneratedJob job;
   job.seed = seed;
   const JobWorld& world = draw_world(Draws(seed, "world"));
-  if ((world.needs_data && !choice.has_data) || (choice.is_small && !world.is_formula)) return job;
+  if ((world.needs_data && !choice.has_data) ||
+      (choice.extent != JobExtent::Whole && !world.is_formula))
+    return job;
   job.world = &world;
-  JobSize size = draw_job_size(Draws(seed, "size"), choice.is_small);
+  JobSize size = draw_job_size(Draws(seed, "size"), choice.extent);
   Draws draws(seed, "job");
   const int num_rigs = draws.chance(0.25) ? 2 : 1;
   size.rays /= num_rigs;

@@ -24,12 +24,18 @@ struct GeneratedJob {
   std::vector<std::string> keys, values;
 };
 
+/// How much a job renders. Jobs of one seed and different extents have the same world, but different images.
+enum class JobExtent {
+  Whole,
+  Small,  ///< worlds of formulas alone, a tenth of the rays and ten frames at most: some seconds
+  Quick   ///< the same, three hundredths of the rays and five frames at most
+};
+
 /// Which jobs may be drawn.
 struct JobChoice {
   bool has_data =
       false;  ///< whether worlds of outside data may be drawn; the jobs of other worlds are the same either way
-  bool is_small =
-      false;  ///< worlds of formulas alone, a tenth of the rays and ten frames at most: some seconds
+  JobExtent extent = JobExtent::Whole;
 };
 
 /// The job of a seed.

@@ -48,9 +48,13 @@ int run(int argc, char** argv) {
   app.add_option("--most", most, "Jobs of a batch at most.")->capture_default_str();
   app.add_option("--data", data,
                  "Folder of source data; without it seeds of worlds of data are left out.");
-  bool is_small = false;
-  app.add_flag("--small", is_small,
-               "Worlds of formulas alone, a tenth of the rays and ten frames at most.");
+  JobExtent extent = JobExtent::Whole;
+  app.add_flag_callback(
+      "--small", [&] { extent = JobExtent::Small; },
+      "Worlds of formulas alone, a tenth of the rays and ten frames at most.");
+  app.add_flag_callback(
+      "--quick", [&] { extent = JobExtent::Quick; },
+      "The same, three hundredths of the rays and five frames at most.");
   app.add_option("--out", out_name, "Folder for jobs, worlds and batches.")->required();
   CLI11_PARSE(app, argc, argv);
   const fs::path out = fs::absolute(out_name);
@@ -58,7 +62,7 @@ int run(int argc, char** argv) {
   std::map<std::string, std::vector<GeneratedJob>> by_world;
   std::uint64_t num_left_out = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    GeneratedJob job = generate_job(seed, {.has_data = !data.empty(), .is_small = is_small});
+    GeneratedJob job = generate_job(seed, {.has_data = !data.empty(), .extent = extent});
     if (job.world == nullptr) {
       ++num_left_out;
       continue;

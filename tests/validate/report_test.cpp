@@ -31,6 +31,46 @@ const CheckResult& find(const std::vector<CheckResult>& results, const std::stri
   throw std::out_of_range(name);
 }
 
+// Of values that are compared with a bound as they are: whichever way the error of 0.2 went, one of 1.2 shows.
+TEST(ReportVerdict, StatesTheSmallestErrorThatWouldHaveShown) {
+  CheckResult result;
+  result.ok = true;
+  result.value = 0.2;
+  result.bound = 1.0;
+  const auto stated = [&] { return report_json({result}, nullptr).at("checks").at(0); };
+  EXPECT_EQ(stated().at("smallest").number(), 1.2);
+  result.smallest = 3.0;
+  EXPECT_EQ(stated().at("smallest").number(), 3.0);
+  result.smallest.reset();
+  result.is_lower_bound = true;
+  result.value = 5.0;
+  EXPECT_EQ(stated().at("smallest").number(), 4.0);
+  for (const auto& spoil :
+       {+[](CheckResult& r) { r.bound = 0.0; }, +[](CheckResult& r) { r.probability = 0.5; },
+        +[](CheckResult& r) { r.skipped = true; }, +[](CheckResult& r) { r.ok = false; }}) {
+    const CheckResult before = result;
+    spoil(result);
+    EXPECT_FALSE(stated().has("smallest"));
+    result = before;
+  }
+}
+
+// All that was measured says what would have shown, and all else why it was not.
+TEST(ReportVerdict, LeavesNoResultWithoutAWordOfWhatItProves) {
+  const test::ScratchFolder scratch;
+  test::write_kitti(test::record_flight(test::kitti_cameras(), 4), scratch / "data");
+  run(scratch / "data", scratch / "report");
+  const core::Json checks = core::Json::read(scratch / "report/report.json").at("checks");
+  for (std::size_t i = 0; i < checks.size(); ++i) {
+    const core::Json& check = checks.at(i);
+    const std::string& name = check.at("name").string();
+    if (check.at("skipped").boolean())
+      EXPECT_NE(check.at("worst").string(), "") << name;
+    else
+      EXPECT_TRUE(check.at("bound").number() == 0.0 || check.has("smallest")) << name;
+  }
+}
+
 TEST(ReportVerdict, NamesTheColoursThatANightDoesNotShow) {
   const test::ScratchFolder scratch;
   test::write_kitti(test::record_flight(test::kitti_cameras(), 3), scratch / "data",

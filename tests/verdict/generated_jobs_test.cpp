@@ -36,15 +36,16 @@ std::uint64_t first_seed() {
 
 std::size_t num_jobs() {
   const char* count = std::getenv("TERRACAST_JOBS_COUNT");
-  return count == nullptr ? 6 : std::stoull(count);
+  return count == nullptr ? 30 : std::stoull(count);
 }
 
-/// A job of a recorded run: as it was kept by one that was cut off, or tried and kept. A quarter of them is spoilt in every
-/// way, which takes twice as long as to run them.
+/// A job of a recorded run: as it was kept by one that was cut off, or tried and kept. Half of them are quick, and a quarter
+/// is spoilt in every way.
 TriedJob kept_job(std::uint64_t seed, const fs::path& folder) {
   const fs::path file = folder / fmt::format("{:010}.json", seed);
   if (fs::exists(file)) return TriedJob::of(core::Json::read(file));
-  const TriedJob job = try_job(seed, seed % 4 == 0 ? Ways::All : Ways::One);
+  const TriedJob job = try_job(seed, seed % 2 == 0 ? JobExtent::Small : JobExtent::Quick,
+                               seed % 4 < 2 ? Ways::One : Ways::All);
   fs::create_directories(folder);
   job.json().write(file);
   return job;
@@ -60,7 +61,8 @@ struct TriedJobs {
     const auto folder = record_folder();
     for (std::uint64_t seed = first; jobs.size() < num_jobs() && num_refused < num_jobs(); ++seed) {
       if (!has_job(seed)) continue;
-      const TriedJob job = folder ? kept_job(seed, *folder / "tried") : try_job(seed, Ways::One);
+      const TriedJob job =
+          folder ? kept_job(seed, *folder / "tried") : try_job(seed, JobExtent::Quick, Ways::One);
       if (job.is_refused)
         ++num_refused;
       else
@@ -81,6 +83,12 @@ const TriedJobs& tried_jobs() {
   return jobs;
 }
 
+/// How a job is tried once more.
+std::string again(const TriedJob& job) {
+  return fmt::format("{}TERRACAST_JOBS_FIRST={} TERRACAST_JOBS_COUNT=1",
+                     record_folder() ? "TERRACAST_RECORD=(a new folder) " : "", job.seed);
+}
+
 TEST(GeneratedJobs, ThatAreRightAreNotCalledWrong) {
   const TriedJobs& all = tried_jobs();
   RecordProperty("first", std::to_string(all.first));
@@ -88,8 +96,7 @@ TEST(GeneratedJobs, ThatAreRightAreNotCalledWrong) {
   std::size_t num_datasets = 0, num_wrong = 0;
   for (const TriedJob& job : all.jobs) {
     for (const std::string& wrong : job.called_wrong)
-      ADD_FAILURE() << "seed " << job.seed << ": " << wrong
-                    << "\nagain: TERRACAST_JOBS_FIRST=" << job.seed << " TERRACAST_JOBS_COUNT=1";
+      ADD_FAILURE() << "seed " << job.seed << ": " << wrong << "\nagain: " << again(job);
     num_wrong += job.called_wrong.empty() ? 0 : 1;
     num_datasets += job.formats.size();
     for (const std::string& format : job.formats) ++num_of_format[format];
@@ -126,7 +133,7 @@ TEST(GeneratedJobs, ThatWereCalledWrongOnceAreNot) {
   std::size_t num_run = 0;
   for (std::size_t i = is_recorded_run() ? 0 : first_seed() % step; i < std::size(kCalledWrongOnce);
        i += step) {
-    const TriedJob job = try_job(kCalledWrongOnce[i], Ways::None);
+    const TriedJob job = try_job(kCalledWrongOnce[i], JobExtent::Small, Ways::None);
     num_run += job.is_refused ? 0 : 1;
     for (const std::string& wrong : job.called_wrong)
       ADD_FAILURE() << "seed " << job.seed << ": " << wrong;
@@ -178,8 +185,8 @@ TEST(GeneratedJobs, ThatAreSpoiltAreCalledWrong) {
       curves[spoilt.kind].add(spoilt);
       ++num_all;
       num_found += spoilt.outcome <= Outcome::Otherwise ? 1 : 0;
-      const std::string what = fmt::format("TERRACAST_JOBS_FIRST={} ({}): {}, {:.3g}; {}", job.seed,
-                                           spoilt.format, spoilt.kind, spoilt.size, spoilt.words);
+      const std::string what = fmt::format("{} ({}): {}, {:.3g}; {}", again(job), spoilt.format,
+                                           spoilt.kind, spoilt.size, spoilt.words);
       if (spoilt.outcome <= Outcome::Otherwise && !spoilt.is_named &&
           std::getenv("TERRACAST_SHOW_CAUSES") != nullptr)
         fmt::print("{}\n", what);

@@ -20,14 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr JobChoice kSmallJobs{.has_data = false, .is_small = true};
-
 /// Runs the job in a folder.
 /// returns  with its datasets in folder/run/export and their reports in folder/run/report
-TriedJob run_job(std::uint64_t seed, const fs::path& folder) {
+TriedJob run_job(std::uint64_t seed, JobExtent extent, const fs::path& folder) {
   TriedJob tried;
   tried.seed = seed;
-  const GeneratedJob job = generate_job(seed, kSmallJobs);
+  tried.extent = extent;
+  const GeneratedJob job = generate_job(seed, {.has_data = false, .extent = extent});
   write_world(*job.world, folder, TERRACAST_SOURCE_DIR "/configs");
   write_job(job, folder, "");
   const fs::path out = folder / "run";
@@ -66,10 +65,8 @@ std::optional<double> visible_size(const Corruption& corruption, const core::Jso
     if (check.at("skipped").boolean() ||
         std::find(measures.begin(), measures.end(), check.at("name").string()) == measures.end())
       continue;
-    // An error of just the bound is found as often as not.
-    constexpr double kSure = 2.0;
-    const double size =
-        check.has("smallest") ? check.at("smallest").number() : kSure * check.at("bound").number();
+    // Beside a bound of 0 everything shows.
+    const double size = check.has("smallest") ? check.at("smallest").number() : 0.0;
     least = std::min(least.value_or(size), size);
   }
   return least;
@@ -160,11 +157,13 @@ std::optional<Spoiling> spoil(const TriedJob& job, const fs::path& folder,
 
 }  // namespace
 
-bool has_job(std::uint64_t seed) { return generate_job(seed, kSmallJobs).world != nullptr; }
+bool has_job(std::uint64_t seed) {
+  return generate_job(seed, {.has_data = false, .extent = JobExtent::Small}).world != nullptr;
+}
 
-TriedJob try_job(std::uint64_t seed, Ways ways) {
+TriedJob try_job(std::uint64_t seed, JobExtent extent, Ways ways) {
   const ScratchFolder scratch;
-  TriedJob job = run_job(seed, scratch.path());
+  TriedJob job = run_job(seed, extent, scratch.path());
   if (ways == Ways::None || job.formats.empty()) return job;
   const std::vector<Corruption>& list = corruptions();
   const std::size_t num_formats = job.formats.size();
@@ -192,6 +191,7 @@ core::Json TriedJob::json() const {
                     .set("words", one.words));
   return core::Json::object()
       .set("seed", seed)
+      .set("quick", extent == JobExtent::Quick)
       .set("refused", is_refused)
       .set("formats", core::Json::array_of(formats))
       .set("called_wrong", core::Json::array_of(called_wrong))
@@ -201,6 +201,7 @@ core::Json TriedJob::json() const {
 TriedJob TriedJob::of(const core::Json& json) {
   TriedJob job;
   job.seed = static_cast<std::uint64_t>(json.at("seed").integer());
+  job.extent = json.at("quick").boolean() ? JobExtent::Quick : JobExtent::Small;
   job.is_refused = json.at("refused").boolean();
   job.formats = json.at("formats").strings();
   job.called_wrong = json.at("called_wrong").strings();

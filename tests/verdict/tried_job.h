@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/json.h"
+#include "tests/jobs/job.h"
 
 /// Jobs that are drawn by seed, run by the program, and spoilt.
 namespace terracast::test {
@@ -32,6 +33,7 @@ struct Spoiling {
 /// What came of one job.
 struct TriedJob {
   std::uint64_t seed = 0;
+  JobExtent extent = JobExtent::Small;
   bool is_refused = false;  ///< by the program, for example because the flight meets the ground
   std::vector<std::string> formats;  ///< of its datasets
   std::vector<std::string>
@@ -49,10 +51,10 @@ enum class Ways {
   All   ///< each in one of the formats
 };
 
-/// Whether a job is drawn for this seed.
+/// Whether a job of less than the whole extent is drawn for this seed.
 bool has_job(std::uint64_t seed);
 
 /// Runs a job of has_job(), and spoils it. What is missed is copied to the folder TERRACAST_JOBS_KEEP, if that is set.
-TriedJob try_job(std::uint64_t seed, Ways ways);
+TriedJob try_job(std::uint64_t seed, JobExtent extent, Ways ways);
 
 }  // namespace terracast::test

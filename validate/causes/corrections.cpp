@@ -225,42 +225,55 @@ Eigen::VectorXd one_after_another(const Family& family, const Eigen::VectorXd& f
   return Eigen::VectorXd::Constant(1, (1.0 + first[0]) * (1.0 + second[0]) - 1.0);
 }
 
-/// By what the depths of one camera should be longer, less 1, roughly: by the median of what other cameras see of its
-/// points. Where it is far off, all its samples are outliers to least squares.
-double rough_scale(Trial trial, const Family& family) {
+/// What other cameras see of the points of each camera, over its own depths: a median, by camera.
+/// only     the one camera that is asked; -1: all
+/// returns  1 for a camera of which others see too little
+std::vector<double> depth_ratios(const Trial& trial, int only) {
+  std::vector<std::vector<double>> ratios(static_cast<std::size_t>(trial.num_cameras()));
+  Findings ignored;
+  FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
+  while (window.advance()) {
+    for (const ViewPair& pair : window.pairs()) {
+      const int camera = pair.a.camera_index;
+      if ((only >= 0 && camera != only) || pair.b.camera_index == camera ||
+          pair.a.image->depth.empty() || pair.b.image->depth.empty())
+        continue;
+      trial.spend(1);
+      const Transfer transfer(pair.a, pair.b);
+      constexpr std::int64_t kPixels = 200;
+      for (const Eigen::Vector2i& at :
+           draw_pixels(pair.a.camera->intrinsics, kPixels, {}, pair.a, 13)) {
+        const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
+        if (!std::isfinite(depth_m)) continue;
+        const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+        if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
+        if (const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel))
+          ratios[static_cast<std::size_t>(camera)].push_back(seen->inverse_depth.value *
+                                                             place->distance_b_m);
+      }
+    }
+  }
+  constexpr std::size_t kEnough = 100;
+  std::vector<double> medians;
+  for (std::vector<double>& of_camera : ratios)
+    medians.push_back(of_camera.size() < kEnough ? 1.0 : median(of_camera));
+  return medians;
+}
+
+/// By what the depths of one camera should be longer, less 1, roughly. Where it is far off, all its samples are outliers
+/// to least squares.
+/// ratio  of depth_ratios()
+double rough_scale(Trial trial, const Family& family, double ratio) {
   double scale = 0.0;
   constexpr int kMostTurns = 6;
   for (int turn = 0; turn < kMostTurns; ++turn) {
-    std::vector<double> ratios;
-    Findings ignored;
-    FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
-    while (window.advance()) {
-      for (const ViewPair& pair : window.pairs()) {
-        if (pair.a.camera_index != family.camera || pair.b.camera_index == family.camera ||
-            pair.a.image->depth.empty() || pair.b.image->depth.empty())
-          continue;
-        trial.spend(1);
-        const Transfer transfer(pair.a, pair.b);
-        constexpr std::int64_t kPixels = 200;
-        for (const Eigen::Vector2i& at :
-             draw_pixels(pair.a.camera->intrinsics, kPixels, {}, pair.a, 13)) {
-          const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
-          if (!std::isfinite(depth_m)) continue;
-          const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-          if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
-          if (const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel))
-            ratios.push_back(seen->inverse_depth.value * place->distance_b_m);
-        }
-      }
-    }
-    constexpr std::size_t kEnough = 100;
-    if (ratios.size() < kEnough) return 0.0;
-    const double step = 1.0 / median(ratios) - 1.0;
+    const double step = 1.0 / ratio - 1.0;
     const Eigen::VectorXd by = Eigen::VectorXd::Constant(1, step);
     apply(trial, family, by);
     scale = (1.0 + scale) * (1.0 + step) - 1.0;
     constexpr double kNear = 1e-3;
     if (std::abs(step) < kNear) return scale;
+    ratio = depth_ratios(trial, family.camera)[static_cast<std::size_t>(family.camera)];
   }
   return 0.0;  // it found no end
 }
@@ -413,12 +426,20 @@ void add_families(const Symptoms& symptoms, Source source, std::vector<Hypothesi
   };
   for (std::size_t i = 0; i < by_gain.size() && i < kMostFollowed; ++i)
     fits.push_back(fit(trial, by_gain[i].second, source, nothing_of(by_gain[i].second)));
-  for (const Family& family : families) {
-    if (family.first != kScale || family.camera < 0) continue;
-    constexpr double kFarOff = 0.02;
-    const double scale = rough_scale(trial, family);
-    if (std::abs(scale) > kFarOff)
-      fits.push_back(fit(trial, family, source, Eigen::VectorXd::Constant(1, scale)));
+  const auto of_one_camera = [](const Family& family) {
+    return family.first == kScale && family.camera >= 0;
+  };
+  if (std::any_of(families.begin(), families.end(), of_one_camera)) {
+    const std::vector<double> ratios = depth_ratios(trial, -1);
+    for (const Family& family : families) {
+      if (!of_one_camera(family)) continue;
+      constexpr double kFarOff = 0.02;
+      const double ratio = ratios[static_cast<std::size_t>(family.camera)];
+      if (std::abs(ratio - 1.0) < kFarOff) continue;
+      const double scale = rough_scale(trial, family, ratio);
+      if (std::abs(scale) > kFarOff)
+        fits.push_back(fit(trial, family, source, Eigen::VectorXd::Constant(1, scale)));
+    }
   }
   std::stable_sort(fits.begin(), fits.end(),
                    [](const Fit& a, const Fit& b) { return a.cost < b.cost; });

@@ -17,6 +17,9 @@ namespace terracast::validate {
 
 namespace {
 
+/// Of flow, besides its steps: what float32 and poses of nine digits leave is less than a fifth of it.
+constexpr double kFlowTolerance_px = 5e-3;
+
 /// One direction of one flow file.
 struct Direction {
   ViewPair pair;
@@ -26,7 +29,8 @@ struct Direction {
 };
 
 struct DirectionSummary {
-  std::int64_t num_pixels = 0;  ///< whose flow was compared
+  std::int64_t num_pixels = 0;          ///< whose flow was compared
+  std::int64_t num_at_other_times = 0;  ///< seen by a rolling shutter at another of several times
   double worst_px = 0.0;
   std::string worst_place;
   std::int64_t num_masked = 0;  ///< whose masks were
@@ -87,6 +91,19 @@ class DirectionComparison {
     return place.distance_b_m >= 0.05 * place.distance_a_m;
   }
 
+  /// Whether a rolling shutter sees a point at another of several times than ours.
+  bool is_at_another_time(const Eigen::Vector2d& pixel, const Eigen::Vector2d& stored,
+                          double depth_m, const std::optional<Transfer::Place>& place) const {
+    if (!d_.pair.b.lines || !stored.allFinite()) return false;
+    const Camera& camera = *d_.pair.b.camera;
+    const double tolerance_px = kFlowTolerance_px + camera.flow_rounding_px();
+    const Eigen::Vector2d target = pixel + stored;
+    if (place && camera.intrinsics.way_px(place->pixel, target).norm() <= tolerance_px)
+      return false;
+    const bool is_sky = !std::isfinite(depth_m);
+    return transfer_.is_seen_at(target, pixel, is_sky ? 1.0 : depth_m, is_sky, tolerance_px);
+  }
+
   void compare(int x, int y) {
     const Intrinsics& k_a = d_.pair.a.camera->intrinsics;
     const Intrinsics& k_b = d_.pair.b.camera->intrinsics;
@@ -115,6 +132,10 @@ class DirectionComparison {
     }
     const std::optional<Transfer::Place> place =
         is_sky ? transfer_.direction(pixel) : transfer_.point(pixel, depth_m);
+    if (is_at_another_time(pixel, stored, depth_m, place)) {
+      ++summary_.num_at_other_times;
+      return;
+    }
     if (stored.allFinite()) ++summary_.num_masked;
     if (says_covisible && (is_sky || !says_in_view))
       contradict(x, y,
@@ -238,6 +259,7 @@ class FlowChecker : public Checker {
     for (const DirectionSummary& summary : summaries) {
       ++num_directions_;
       num_pixels_ += summary.num_pixels;
+      num_at_other_times_ += summary.num_at_other_times;
       num_masked_ += summary.num_masked;
       if (summary.worst_px > worst_px_ || worst_place_.empty()) {
         worst_px_ = summary.worst_px;
@@ -266,7 +288,7 @@ class FlowChecker : public Checker {
     CheckResult flow;
     flow.name = "flow";
     flow.value = worst_px_;
-    flow.bound = 5e-3 + rounding_px;
+    flow.bound = kFlowTolerance_px + rounding_px;
     flow.unit = "px";
     flow.ok = flow.value <= flow.bound;
     flow.worst = worst_place_;
@@ -275,6 +297,10 @@ class FlowChecker : public Checker {
         "pixels "
         "of {} fields, forward and backward; sky by rotation alone.",
         num_pixels_, num_directions_);
+    if (num_at_other_times_ > 0)
+      flow.summary += fmt::format(
+          " {} more lead to where a rolling shutter that turns fast sees their points once more.",
+          num_at_other_times_);
     flow.reason =
         "float32 depth (6e-8), float32 flow and poses of nine digits leave less than 1e-3 px.";
     if (step_px > 0.0)
@@ -356,6 +382,7 @@ class FlowChecker : public Checker {
   Evidence evidence_;
   std::int64_t num_directions_ = 0;
   std::int64_t num_pixels_ = 0;
+  std::int64_t num_at_other_times_ = 0;
   std::int64_t num_masked_ = 0;
   double worst_px_ = 0.0;
   std::string worst_place_;

@@ -304,6 +304,16 @@ void add_place_mutations(std::vector<Mutation>& list) {
         });
       },
       says({"georeference.csv: the place of", "is off by"}, 2.0, 0.02));
+  add(
+      "OneTimeOff", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        constexpr int kRow = 3;
+        int index = 0;
+        edit_georeference(d, folder, [&](std::array<double, 8>& row) {
+          if (index++ == kRow) row[0] += 0.003;
+        });
+      },
+      says({"georeference.csv: the time of", "is off by"}, 0.003, 1e-6));
 }
 
 }  // namespace terracast::test
