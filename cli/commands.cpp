@@ -55,7 +55,7 @@ struct Arguments {
   int size_px = 1024;
   int colmap_seeds = 3;
   int oracle_samples = 200;
-  bool verbose = false, quiet = false;
+  bool verbose = false, quiet = false, shows_ledger = false;
 };
 
 core::LogLevel log_level(const Arguments& args) {
@@ -211,7 +211,8 @@ int run_evaluate(const Arguments& args, const EvaluateArguments& own, const CLI:
 }
 
 int run_world_info(const Arguments& args) {
-  fmt::print("{}", tiler::describe_world(world::TileStore::open(args.store)));
+  const auto store = world::TileStore::open(args.store);
+  fmt::print("{}", args.shows_ledger ? tiler::ledger_text(store) : tiler::describe_world(store));
   return 0;
 }
 
@@ -431,6 +432,9 @@ int parse_and_run(int argc, const char* const* argv) {
   auto* info =
       world_command->add_subcommand("info", "Extents, levels, tiles, sizes, datums, sources.");
   info->add_option("STORE", args.store, "Folder of the world.")->required();
+  info->add_flag(
+      "--ledger", args.shows_ledger,
+      "What its sources' files say, by tag, key and attribute: used, ignored and why, unknown.");
   info->callback([&] { status = run_world_info(args); });
   auto* preview =
       world_command->add_subcommand("preview", "Draw a hillshaded map, with trajectories on it.");

@@ -568,4 +568,15 @@ std::string describe_world(const TileStore& store) {
   return text;
 }
 
+std::string ledger_text(const TileStore& store) {
+  std::string text;
+  const auto add = [&](const std::string& name, const core::Ledger& ledger) {
+    if (!ledger.is_empty()) text += fmt::format("{}\n{}\n", name, ledger.table());
+  };
+  for (const world::SourceInfo& source : store.manifest().sources) add(source.name, source.ledger);
+  for (const world::LayerInfo& layer : store.manifest().layers)
+    add(fmt::format("{} ({})", layer.name, layer.source), layer.ledger);
+  return text.empty() ? "The sources of this world are no files that say anything.\n" : text;
+}
+
 }  // namespace terracast::tiler

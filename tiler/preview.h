@@ -36,4 +36,7 @@ core::Image8 render_relief(const world::TileStore& store, const Eigen::Affine2d&
 /// prints.
 std::string describe_world(const world::TileStore& store);
 
+/// What the files of its sources say, and what became of it: a table for each source and layer, for `world info --ledger`.
+std::string ledger_text(const world::TileStore& store);
+
 }  // namespace terracast::tiler

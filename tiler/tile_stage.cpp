@@ -75,6 +75,7 @@ class Growth {
   void add_imagery(world::WorldManifest& manifest);
   world::WorldRasters rasters_of_world() const;
   void finish(double radius_m);
+  void warn_of_what_is_unknown(const world::WorldManifest& manifest) const;
 
   const WorldSurface& surface_;
   const TilePlan& plan_;
@@ -284,6 +285,29 @@ world::WorldRasters Growth::rasters_of_world() const {
   return rasters;
 }
 
+/// Of the first hundred kinds of all that the sources' files say.
+void Growth::warn_of_what_is_unknown(const world::WorldManifest& manifest) const {
+  std::vector<std::pair<std::string, const core::Ledger*>> ledgers;
+  for (const world::SourceInfo& source : manifest.sources)
+    ledgers.emplace_back(source.name, &source.ledger);
+  for (const world::LayerInfo& layer : manifest.layers)
+    ledgers.emplace_back(fmt::format("{} ({})", layer.name, layer.source), &layer.ledger);
+  constexpr std::size_t kMostKinds = 100;
+  std::size_t num_told = 0, num_untold = 0;
+  for (const auto& [name, ledger] : ledgers)
+    for (const std::string& line : ledger->warnings()) {
+      if (num_told == kMostKinds) {
+        ++num_untold;
+        continue;
+      }
+      context_.log.warn("{}: {}", name, line);
+      ++num_told;
+    }
+  if (num_untold > 0)
+    context_.log.warn("and {} more kinds; terracast world info {} --ledger shows them all",
+                      num_untold, folder_.string());
+}
+
 void Growth::finish(double radius_m) {
   world::WorldManifest manifest;
   const WorldOptions& options = surface_.options();
@@ -323,6 +347,7 @@ void Growth::finish(double radius_m) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);
     manifest.tiles.push_back(info);
   }
+  warn_of_what_is_unknown(manifest);
   world::write_manifest(folder_, std::move(manifest));
 }
 

@@ -46,6 +46,7 @@ Json json_of(const SourceInfo& source) {
       .set("accuracy", source.accuracy)
       .set("num_voids", source.num_voids)
       .set("num_voids_filled", source.num_voids_filled);
+  if (!source.ledger.is_empty()) json.set("ledger", source.ledger.json());
   return json;
 }
 
@@ -62,6 +63,7 @@ SourceInfo source_of(const Json& json) {
   source.accuracy = json.at("accuracy").string();
   source.num_voids = json.at("num_voids").integer();
   source.num_voids_filled = json.at("num_voids_filled").integer();
+  if (json.has("ledger")) source.ledger = core::Ledger::of(json.at("ledger"));
   return source;
 }
 
@@ -76,6 +78,7 @@ Json json_of(const LayerInfo& layer) {
       .set("licence", layer.licence)
       .set("accuracy", layer.accuracy)
       .set("counts", std::move(counts));
+  if (!layer.ledger.is_empty()) json.set("ledger", layer.ledger.json());
   return json;
 }
 
@@ -89,6 +92,7 @@ LayerInfo layer_of(const Json& json) {
   layer.accuracy = json.at("accuracy").string();
   for (const auto& [what, count] : json.at("counts").members())
     layer.counts.emplace_back(what, count.integer());
+  if (json.has("ledger")) layer.ledger = core::Ledger::of(json.at("ledger"));
   return layer;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/ledger.h"
 #include "geo/box3.h"
 #include "geo/geodesy.h"
 #include "world/imagery_info.h"
@@ -34,6 +35,7 @@ struct SourceInfo {
   std::string accuracy;               ///< of its heights, as the config states it
   std::int64_t num_voids = 0;         ///< samples of the source without a value
   std::int64_t num_voids_filled = 0;  ///< of these, filled from their surroundings
+  core::Ledger ledger = {};           ///< what its files say
 };
 
 /// A layer of what stands on the ground or is painted on it; Provenance::layer counts these.
@@ -46,6 +48,7 @@ struct LayerInfo {
   std::string accuracy;      ///< of its places, as the config states it
   /// What was read, used, repaired and left out, by name, in the order in which it was told.
   std::vector<std::pair<std::string, std::int64_t>> counts;
+  core::Ledger ledger = {};  ///< what its files say
 };
 
 /// A prototype of a store.
