@@ -534,6 +534,16 @@ std::string whose_bug() {
                          : fmt::format("this is a bug of {}", thrower);
 }
 
+/// cause  of the system; "": it is memory alone
+int say_out_of_memory(const std::string& cause) {
+  fmt::print(stderr,
+             "error: out of memory{}{}; lower tracing.memory_bytes or the number of threads "
+             "(--threads), or let the process have more (ulimit -v, ulimit -u)\n",
+             cause.empty() ? "" : fmt::format(" or threads ({})", core::printable(cause)),
+             thrown_by());
+  return core::exit_status(ErrorKind::Io);
+}
+
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
@@ -552,14 +562,17 @@ int run_command_line(int argc, const char* const* argv) {
       fmt::print(stderr, "error: {}\n", words_of(error));
     return core::exit_status(error.kind());
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "error: out of memory; lower tracing.memory_bytes or the number of threads{}\n",
-               thrown_by());
-    return core::exit_status(ErrorKind::Io);
-  } catch (const std::system_error& error) {  // of the file system, or of a print
+    return say_out_of_memory("");
+  } catch (const std::system_error& error) {  // of the file system, of a print, or of a thread
+    if (error.code() == std::errc::resource_unavailable_try_again ||
+        error.code() == std::errc::not_enough_memory)
+      return say_out_of_memory(error.what());
     fmt::print(stderr, "error: {}{}\n", error.what(), thrown_by());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::exception& error) {
+    // What TBB throws where no thread can be started.
+    if (std::string_view(error.what()).find("pthread_create") != std::string_view::npos)
+      return say_out_of_memory(error.what());
     fmt::print(stderr, "error: {} ({})\n", core::printable(error.what()), whose_bug());
     return core::exit_status(ErrorKind::Internal);
   } catch (...) {  // plug-ins may throw anything

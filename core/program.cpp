@@ -58,13 +58,17 @@ std::vector<std::string> environment_with(const std::vector<std::string>& change
 /// Becomes the program. Between fork and exec only calls that are safe after the fork of a process
 /// with threads.
 [[noreturn]] void become(const char* program, char** arguments, char** environment, int input,
-                         int output, pid_t parent) {
+                         int output, int third, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it ended before the line above
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   if (::dup2(input, 0) < 0 || ::dup2(output, 1) < 0 || ::dup2(output, 2) < 0) ::_exit(127);
+  constexpr int kThird = 3;
+  // The same number stays closed at exec, unless it is told otherwise.
+  if (third == kThird ? ::fcntl(third, F_SETFD, 0) < 0 : third >= 0 && ::dup2(third, kThird) < 0)
+    ::_exit(127);
   ::execve(program, arguments, environment);
   ::_exit(127);
 }
@@ -128,7 +132,7 @@ RunningProgram::RunningProgram(const fs::path& program, const std::vector<std::s
   const pid_t child = ::fork();
   if (child == 0)
     become(program.c_str(), argument_pointers.get(), environment.get(), input.number(), output,
-           parent);
+           options.third_descriptor, parent);
   if (child < 0)
     fail(ErrorKind::Io, "{}: no process can be started: {}", program.string(),
          std::generic_category().message(errno));

@@ -83,6 +83,17 @@ RTCDevice new_device(const std::string& profile) {
   return rtcNewDevice(profile == "widest" ? nullptr : profile.c_str());
 }
 
+[[noreturn]] void refuse_device(const std::string& profile, RTCError error) {
+  if (error == RTC_ERROR_OUT_OF_MEMORY)
+    fail(ErrorKind::Io,
+         "out of memory while Embree starts; give the process more memory (ulimit -v), or fewer "
+         "threads (--threads)");
+  fail(ErrorKind::Config,
+       "tracing.embree_profile = \"{}\": this machine or Embree cannot do it (error {}); "
+       "\"widest\" always works",
+       profile, static_cast<int>(error));
+}
+
 std::string profile_text(RTCDevice device, const std::string& asked, int packet_width) {
   return fmt::format("Embree {}.{}.{}, {}, packets of {}",
                      rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
@@ -128,11 +139,7 @@ int clamped_sample(int k) { return std::clamp(k - kRing, 0, kTileCells); }
 
 EmbreeDevice::EmbreeDevice(const std::string& profile)
     : device_(new_device(profile)), profile_asked_(profile) {
-  if (device_ == nullptr)
-    fail(ErrorKind::Config,
-         "tracing.embree_profile = \"{}\": this machine or Embree cannot do it (error {}); "
-         "\"widest\" always works",
-         profile, static_cast<int>(rtcGetDeviceError(nullptr)));
+  if (device_ == nullptr) refuse_device(profile, rtcGetDeviceError(nullptr));
   rtcSetDeviceMemoryMonitorFunction(device_, count_bytes, nullptr);
   packet_width_ =
       rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 ? 16 : 8;
@@ -257,9 +264,9 @@ void TileScene::build(const EmbreeDevice& device, const std::vector<std::int32_t
   const RTCError error = rtcGetDeviceError(device.handle());
   if (error != RTC_ERROR_NONE)
     fail(error == RTC_ERROR_OUT_OF_MEMORY ? ErrorKind::Io : ErrorKind::Internal,
-         "Embree error {} while building the scene of tile {} (2: out of memory; lower "
+         "Embree error {} while building the scene of tile {} ({}: out of memory; lower "
          "tracing.memory_bytes)",
-         static_cast<int>(error), id_.name());
+         static_cast<int>(error), id_.name(), static_cast<int>(RTC_ERROR_OUT_OF_MEMORY));
 
   grid_ = {.z_tile = vertices + kFloatsPerSample * (kRing * kSceneSamples + kRing) + 2,
            .sample_stride = kFloatsPerSample,

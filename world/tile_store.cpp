@@ -337,6 +337,16 @@ std::filesystem::path texture_path(const std::filesystem::path& store, std::size
   return store / "textures" / fmt::format("{}.png", row);
 }
 
+/// A tile and its manifest may each be whole, and not of one world.
+void check_prototypes(const Tile& tile, std::size_t num_prototypes, const std::string& file) {
+  for (const Instance& instance : tile.objects.instances)
+    if (instance.prototype >= num_prototypes)
+      fail(ErrorKind::Input,
+           "{}: object {} is an instance of prototype {}, and {} lists {}; tile the world again",
+           file, instance.provenance.instance_id, instance.prototype, kManifestName,
+           num_prototypes);
+}
+
 [[noreturn]] void fail_not_listed(const std::filesystem::path& file, const TileInfo& info) {
   fail(ErrorKind::Input,
        "{}: a whole tile, but not the one that {} lists (hash {}); tile the world again",
@@ -403,6 +413,7 @@ Tile TileStore::load(const TileId& id, WaterDepth depth) const {
       tile.lowest_z_world() != info.lowest_z_world ||
       tile.highest_z_world() != info.highest_z_world)
     fail_not_listed(file, info);
+  check_prototypes(tile, manifest_.prototypes.size(), file.string());
   return tile;
 }
 

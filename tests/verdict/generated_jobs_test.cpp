@@ -39,8 +39,8 @@ std::size_t num_jobs() {
   return count == nullptr ? 30 : std::stoull(count);
 }
 
-/// A job of a recorded run: as it was kept by one that was cut off, or tried and kept. Half of them are quick, and a quarter
-/// is spoilt in every way.
+/// A job of a recorded run: as it was kept by one that was cut off, or tried and kept. Half of them are quick, and half are
+/// spoilt in every way.
 TriedJob kept_job(std::uint64_t seed, const fs::path& folder) {
   const fs::path file = folder / fmt::format("{:010}.json", seed);
   if (fs::exists(file)) return TriedJob::of(core::Json::read(file));
@@ -150,7 +150,8 @@ class PowerCurve {
     row.num_named += spoilt.outcome == Outcome::Found && spoilt.is_named ? 1 : 0;
     ++row.num_of[static_cast<std::size_t>(spoilt.outcome)];
   }
-  /// Rows of a table: a size's range, then how many were spoilt so, were found, named, found as something else, below what is seen, unseen, missed.
+  /// Rows of a table: a size's range, then how many were spoilt so, were found, of these named, named as something else, below what is seen, unseen,
+  /// missed.
   std::string text(const Corruption& corruption) const {
     std::string text;
     for (const auto& [half_decade, row] : rows_) {

@@ -90,19 +90,18 @@ void judge(Spoiling& spoiling, const Corruption& corruption, const core::Json& r
            const core::Json& wrong) {
   const core::Json& causes = wrong.at("causes");
   for (std::size_t i = 0; i < causes.size(); ++i) {
-    spoiling.is_named |= is_one_of(causes.at(i).at("name").string(), corruption.causes);
+    // A file that does not hold what it should is named with its row or pixel, whatever spoilt it.
+    const std::string& name = causes.at(i).at("name").string();
+    spoiling.is_named |= name == "file_damaged" || is_one_of(name, corruption.causes);
     spoiling.words += causes.at(i).at("words").string() + "; ";
   }
   if (!wrong.at("ok").boolean()) {
-    bool is_found = spoiling.is_named;
     const core::Json& checks = wrong.at("checks");
-    for (std::size_t i = 0; i < checks.size(); ++i) {
-      const std::string& check = checks.at(i).at("name").string();
-      is_found = is_found ||
-                 (!checks.at(i).at("ok").boolean() &&
-                  (is_one_of(check, corruption.checks) || is_one_of(check, corruption.measures)));
-    }
-    spoiling.outcome = is_found ? Outcome::Found : Outcome::Otherwise;
+    for (std::size_t i = 0; i < checks.size(); ++i)
+      if (!checks.at(i).at("ok").boolean())
+        spoiling.failed.push_back(checks.at(i).at("name").string());
+    spoiling.outcome =
+        spoiling.is_named || causes.size() == 0 ? Outcome::Found : Outcome::Otherwise;
     return;
   }
   const std::vector<std::string> unseen = wrong.at("unseen").strings();
@@ -188,7 +187,8 @@ core::Json TriedJob::json() const {
                     .set("size", one.size)
                     .set("outcome", static_cast<int>(one.outcome))
                     .set("named", one.is_named)
-                    .set("words", one.words));
+                    .set("words", one.words)
+                    .set("failed", core::Json::array_of(one.failed)));
   return core::Json::object()
       .set("seed", seed)
       .set("quick", extent == JobExtent::Quick)
@@ -212,7 +212,8 @@ TriedJob TriedJob::of(const core::Json& json) {
                              .size = spoilt.at(i).at("size").number(),
                              .outcome = static_cast<Outcome>(spoilt.at(i).at("outcome").integer()),
                              .is_named = spoilt.at(i).at("named").boolean(),
-                             .words = spoilt.at(i).at("words").string()});
+                             .words = spoilt.at(i).at("words").string(),
+                             .failed = spoilt.at(i).at("failed").strings()});
   return job;
 }
 

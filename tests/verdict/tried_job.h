@@ -13,8 +13,8 @@ namespace terracast::test {
 
 /// How a corrupted dataset was judged.
 enum class Outcome {
-  Found,      ///< by a check that is for it, or named
-  Otherwise,  ///< by other checks alone
+  Found,      ///< and not named as something else alone
+  Otherwise,  ///< and named as something else alone
   Below,      ///< not found, and smaller than what the report says that it sees
   Unseen,     ///< not found, and a check that is for it says that it saw nothing
   Missed
@@ -28,6 +28,7 @@ struct Spoiling {
   Outcome outcome = Outcome::Missed;
   bool is_named = false;
   std::string words;  ///< of the causes that the report names, and of what it says that it sees
+  std::vector<std::string> failed;  ///< checks that call it wrong
 };
 
 /// What came of one job.

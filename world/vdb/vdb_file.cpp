@@ -10,10 +10,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <memory>
 
 #include "core/error.h"
+#include "core/reading_apart.h"
 #include "world/vdb/vdb_lengths.h"
 #include "world/vdb/vdb_stream.h"
 
@@ -173,22 +175,62 @@ Volume sampled(const openvdb::FloatGrid& grid, const std::filesystem::path& file
   return volume;
 }
 
+Volume read_here(const std::filesystem::path& file, const VdbOptions& options) {
+  initialise_vdb();
+  try {
+    return sampled(*read_grid(file, options.grid), file, options);
+  } catch (const core::Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    fail(ErrorKind::Input, "{}: cannot be read as an OpenVDB file; is it damaged? ({})",
+         file.string(), error.what());
+  }
+}
+
+/// A name of a grid may have any bytes.
+constexpr std::size_t kMostNameBytes = 1 << 16;
+
 }  // namespace
+
+std::vector<std::byte> read_vdb_request(const core::Json& request) {
+  const Volume volume =
+      read_here(request.at("file").string(), {.grid = request.at("grid").string(),
+                                              .unit_m = request.at("unit_m").number(),
+                                              .voxel_m = request.at("voxel_m").number(),
+                                              .full = request.at("full").number(),
+                                              .is_upward_y = request.at("is_upward_y").boolean()});
+  const std::string name = volume.name.substr(0, kMostNameBytes - 1);
+  const std::vector<std::byte> encoded = encode_volume(volume);
+  std::vector<std::byte> answer(name.size() + 1);
+  std::memcpy(answer.data(), name.c_str(), answer.size());
+  answer.insert(answer.end(), encoded.begin(), encoded.end());
+  return answer;
+}
 
 Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
     fail(ErrorKind::Io, "{}: there is no such file; give the path of an OpenVDB file",
          file.string());
-  initialise_vdb();
-  try {
-    return sampled(*read_grid(file, options.grid), file, options);
-  } catch (const core::Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    fail(ErrorKind::Input, "{}: cannot be read as an OpenVDB file; is it damaged? ({})",
-         file.string(), error.what());
-  }
+  const std::vector<std::byte> answer =
+      core::read_apart("vdb",
+                       core::Json::object()
+                           .set("file", file.string())
+                           .set("grid", options.grid)
+                           .set("unit_m", options.unit_m)
+                           .set("voxel_m", options.voxel_m)
+                           .set("full", options.full)
+                           .set("is_upward_y", options.is_upward_y),
+                       file.string());
+  const auto name_end = std::find(answer.begin(), answer.end(), std::byte{0});
+  if (name_end == answer.end())
+    fail(ErrorKind::Input, "{}: its reader's answer has no end of its name", file.string());
+  const auto name_size = static_cast<std::size_t>(name_end - answer.begin());
+  Volume volume = decode_volume(std::span(answer).subspan(name_size + 1), file.string());
+  volume.name.assign(reinterpret_cast<const char*>(answer.data()), name_size);
+  return volume;
 }
 
 std::vector<std::byte> encode_vdb(std::span<const VdbGrid> grids) {

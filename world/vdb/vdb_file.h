@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/json.h"
 #include "world/volume.h"
 
 namespace terracast::world {
@@ -21,10 +22,14 @@ struct VdbOptions {
   bool is_upward_y = false;  ///< the file's y axis is up, as films have it, not z
 };
 
-/// Reads a grid of floats and samples it on cubes along its own frame's axes.
+/// Reads a grid of floats and samples it on cubes along its own frame's axes, in a process of its own
+/// (core/reading_apart.h): OpenVDB trusts what a file states of its lengths and masks.
 /// throws   Io: no such file, or it cannot be opened; Input: no OpenVDB file, damaged, no such grid or
-///          one of another type, nothing in it, too many voxels
+///          one of another type, nothing in it, too many voxels; as core::read_apart()
 Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options);
+
+/// The reader behind it, kind "vdb": an encoded volume, behind its name.
+std::vector<std::byte> read_vdb_request(const core::Json& request);
 
 /// A volume in a file.
 struct VdbGrid {

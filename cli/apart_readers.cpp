@@ -1,0 +1,14 @@
+#include "cli/apart_readers.h"
+
+#include <array>
+
+#include "world/vdb/vdb_file.h"
+
+namespace terracast::cli {
+
+std::span<const core::ApartReader> apart_readers() {
+  static constexpr std::array kReaders = {core::ApartReader{"vdb", &world::read_vdb_request}};
+  return kReaders;
+}
+
+}  // namespace terracast::cli

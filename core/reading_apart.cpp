@@ -1,0 +1,210 @@
+#include "core/reading_apart.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <optional>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/program.h"
+#include "core/stop.h"
+
+namespace terracast::core {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCommand = "--read-apart";
+constexpr int kResultDescriptor = 3;
+constexpr std::size_t kMostRequestBytes = 100000;
+
+/// The first byte of an answer; behind it stands the result, or an error as JSON.
+enum class Answer : std::uint8_t { Result = 'r', Error = 'e', OutOfMemory = 'm' };
+
+fs::path own_program() {
+  std::error_code error;
+  const fs::path own = fs::read_symlink("/proc/self/exe", error);
+  if (error)
+    fail(ErrorKind::Internal,
+         "/proc/self/exe cannot be read ({}), so that terracast_program, which reads files from "
+         "outside, is not found; mount /proc",
+         error.message());
+  return own.parent_path() / "terracast_program";
+}
+
+class Pipe {
+ public:
+  Pipe() {
+    if (::pipe2(ends_.data(), O_CLOEXEC) != 0) refuse();
+    // Where this process has no input or output of its own, these would be taken for them.
+    for (int& end : ends_) {
+      if (end > STDERR_FILENO) continue;
+      const int higher = ::fcntl(end, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+      if (higher < 0) refuse();
+      ::close(end);
+      end = higher;
+    }
+  }
+  ~Pipe() {
+    close(0);
+    close(1);
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  int read_end() const { return ends_[0]; }
+  int write_end() const { return ends_[1]; }
+  void close_write_end() { close(1); }
+
+ private:
+  [[noreturn]] static void refuse() {
+    fail(ErrorKind::Io, "a pipe: {}", std::generic_category().message(errno));
+  }
+  void close(std::size_t end) {
+    if (ends_[end] >= 0) ::close(ends_[end]);
+    ends_[end] = -1;
+  }
+  std::array<int, 2> ends_ = {-1, -1};
+};
+
+/// All that comes, up to its end; nothing where it is more than may be.
+std::optional<std::vector<std::byte>> read_to_end(int descriptor, std::uint64_t most_bytes) {
+  constexpr int kLook_ms = 100;
+  std::vector<std::byte> bytes;
+  std::vector<std::byte> part(1 << 16);
+  for (;;) {
+    throw_if_stop_asked();
+    pollfd looked{.fd = descriptor, .events = POLLIN, .revents = 0};
+    if (::poll(&looked, 1, kLook_ms) <= 0) continue;
+    const ssize_t count = ::read(descriptor, part.data(), part.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(ErrorKind::Io, "a pipe: {}", std::generic_category().message(errno));
+    if (count == 0) return bytes;
+    if (bytes.size() + static_cast<std::size_t>(count) > most_bytes) return std::nullopt;
+    bytes.insert(bytes.end(), part.begin(), part.begin() + count);
+  }
+}
+
+[[noreturn]] void throw_again(const Json& json) {
+  Error error(static_cast<ErrorKind>(json.at("kind").integer()), json.at("message").string());
+  for (const std::string& doing : json.at("context").strings()) error.add_context(doing);
+  throw error;
+}
+
+constexpr const char* kWayOut =
+    "it is damaged, or made to do harm: have it written anew, or leave it out";
+
+/// Says why there is no answer.
+[[noreturn]] void refuse(const std::string& file, const ProgramEnd& end,
+                         const ReadingLimits& limits) {
+  constexpr int kNotStarted = 127;
+  if (end.kind == ProgramEnd::Kind::Exited && end.status == kNotStarted)
+    fail(ErrorKind::Internal, "{}: cannot be started; it belongs beside terracast",
+         own_program().string());
+  if (end.kind == ProgramEnd::Kind::Killed && (end.status == SIGXCPU || end.status == SIGKILL))
+    fail(ErrorKind::Input,
+         "{}: the process that read it was ended: it takes more than {:g} s of processor time, or "
+         "more memory than there is; {}",
+         file, limits.cpu_s, kWayOut);
+  fail(ErrorKind::Input, "{}: the process that read it {}; {}", file, end.text(), kWayOut);
+}
+
+void write_all(int descriptor, const void* data, std::size_t size) {
+  const auto* bytes = static_cast<const std::byte*>(data);
+  while (size > 0) {
+    const ssize_t count = ::write(descriptor, bytes, size);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) ::_exit(exit_status(ErrorKind::Io));  // nobody listens
+    bytes += count;
+    size -= static_cast<std::size_t>(count);
+  }
+}
+
+void answer(Answer kind, const void* data, std::size_t size) {
+  write_all(kResultDescriptor, &kind, sizeof kind);
+  write_all(kResultDescriptor, data, size);
+}
+
+void answer_error(const Error& error) {
+  const std::string text = Json::object()
+                               .set("kind", static_cast<int>(error.kind()))
+                               .set("message", error.message())
+                               .set("context", Json::array_of(error.context()))
+                               .text(-1);
+  answer(Answer::Error, text.data(), text.size());
+}
+
+}  // namespace
+
+std::vector<std::byte> read_apart(std::string_view kind, const Json& request,
+                                  const std::string& file, const ApartOptions& options) {
+  const std::string text = request.text(-1);
+  TERRACAST_CHECK(text.size() <= kMostRequestBytes, "a request of {} bytes", text.size());
+  Pipe pipe;
+  RunningProgram reader(
+      own_program(),
+      {kCommand, std::string(kind), text, std::to_string(options.limits.memory_bytes),
+       fmt::format("{:.0f}", options.limits.cpu_s)},
+      {.log_file = "/dev/null", .environment = {}, .third_descriptor = pipe.write_end()});
+  pipe.close_write_end();
+  std::optional<std::vector<std::byte>> bytes =
+      read_to_end(pipe.read_end(), options.most_result_bytes);
+  if (!bytes)
+    fail(ErrorKind::Input, "{}: more than {} bytes are made of it; {}", file,
+         options.most_result_bytes, kWayOut);
+  constexpr double kSoon_s = 10.0;
+  const std::optional<ProgramEnd> end = reader.wait(kSoon_s);
+  if (!end || !end->is_success() || bytes->empty())
+    refuse(file, end.value_or(ProgramEnd{.kind = ProgramEnd::Kind::TimedOut, .status = 0}),
+           options.limits);
+  const auto first = static_cast<Answer>(bytes->front());
+  bytes->erase(bytes->begin());
+  if (first == Answer::Result) return std::move(*bytes);
+  if (first == Answer::OutOfMemory)
+    fail(ErrorKind::Input, "{}: reading it takes more than {:.1f} GiB of memory; {}", file,
+         static_cast<double>(options.limits.memory_bytes) / (1 << 30), kWayOut);
+  throw_again(Json::parse({reinterpret_cast<const char*>(bytes->data()), bytes->size()},
+                          "the answer of " + own_program().string()));
+}
+
+bool is_reading_apart(int argc, char** argv) {
+  return argc > 1 && std::strcmp(argv[1], kCommand) == 0;
+}
+
+int serve_reading(std::span<const ApartReader> readers, int argc, char** argv) {
+  constexpr int kWords = 6;
+  if (argc != kWords || ::fcntl(kResultDescriptor, F_GETFD) < 0) {
+    fmt::print(stderr, "error: {} is for terracast itself\n", kCommand);
+    return exit_status(ErrorKind::Usage);
+  }
+  try {
+    const ReadingLimits limits{.memory_bytes = std::stoull(argv[4]), .cpu_s = std::stod(argv[5])};
+    confine_this_process(limits);
+    for (const ApartReader& reader : readers) {
+      if (reader.kind != argv[2]) continue;
+      const std::vector<std::byte> result = reader.read(Json::parse(argv[3], "a request"));
+      answer(Answer::Result, result.data(), result.size());
+      return 0;
+    }
+    fail(ErrorKind::Internal, "terracast_program reads no {}; it is of another version", argv[2]);
+  } catch (const Error& error) {
+    answer_error(error);
+  } catch (const std::bad_alloc&) {
+    answer(Answer::OutOfMemory, nullptr, 0);
+  } catch (const std::exception& error) {
+    answer_error(Error(ErrorKind::Internal, error.what()));
+  }
+  return 0;
+}
+
+}  // namespace terracast::core
