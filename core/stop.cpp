@@ -1,9 +1,11 @@
 #include "core/stop.h"
 
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 
 #include "core/error.h"
 
@@ -18,9 +20,27 @@ constexpr std::array<int, 2> kStopSignals = {SIGTERM, SIGINT};
 std::atomic<int> asked_by = kNobody;
 static_assert(std::atomic<int>::is_always_lock_free);
 
+constexpr unsigned kGrace_s = 2;
+
+/// Work that has not come to its next step is ended as by a power cut, which every file of ours survives.
+extern "C" void end_without_waiting(int number) {
+  if (asked_by.load(std::memory_order_relaxed) == kNobody) {  // somebody else's alarm
+    ::signal(number, SIG_DFL);
+    ::raise(number);
+    return;
+  }
+  constexpr const char* kWords =
+      "stopped on request, without waiting for what was at hand; run the same command again to go "
+      "on\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kWords, std::strlen(kWords));
+  ::_exit(exit_status(ErrorKind::Interrupted));
+}
+
 /// Who is to end stays so, whatever else asks.
 extern "C" void ask_by_signal(int number) {
   int before = asked_by.load(std::memory_order_relaxed);
+  const bool is_first = before != SIGTERM && before != SIGINT;
+  if (is_first && (number == SIGTERM || number == SIGINT)) ::alarm(kGrace_s);
   while (before != SIGTERM && before != SIGINT &&
          !asked_by.compare_exchange_weak(before, number, std::memory_order_relaxed)) {
   }
@@ -40,6 +60,10 @@ void catch_signal(int number, int flags) {
 }  // namespace
 
 void catch_stop_signals() {
+  struct sigaction late {};
+  late.sa_handler = end_without_waiting;
+  ::sigemptyset(&late.sa_mask);
+  ::sigaction(SIGALRM, &late, nullptr);
   catch_signal(SIGTERM, 0);
   catch_signal(SIGINT, SA_RESETHAND);
 }
@@ -70,9 +94,14 @@ void throw_if_stop_asked() {
 void ask_to_stop() { asked_by.store(kProgram, std::memory_order_relaxed); }
 
 bool forget_stop_signal(int number) {
-  return asked_by.compare_exchange_strong(number, kNobody, std::memory_order_relaxed);
+  if (!asked_by.compare_exchange_strong(number, kNobody, std::memory_order_relaxed)) return false;
+  ::alarm(0);
+  return true;
 }
 
-void forget_stop() { asked_by.store(kNobody, std::memory_order_relaxed); }
+void forget_stop() {
+  ::alarm(0);
+  asked_by.store(kNobody, std::memory_order_relaxed);
+}
 
 }  // namespace terracast::core

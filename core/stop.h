@@ -6,7 +6,8 @@
 
 namespace terracast::core {
 
-/// From now on SIGTERM and SIGINT ask the work of this process to stop, instead of ending it. A second
+/// From now on SIGTERM and SIGINT ask the work of this process to stop, instead of ending it. Work that waits for something
+/// else, such as a library that reads a file without an end, is ended two seconds later, with status 75. A second
 /// SIGINT ends the process at once, as it does by default. A signal that is ignored stays so.
 void catch_stop_signals();
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -90,6 +91,41 @@ TEST(StopDeathTest, WhoIsToEndStaysSoWhateverAsksLater) {
         ::_exit(forget_stop_signal(SIGUSR1) && !stop_asked() ? 0 : 1);
       },
       testing::ExitedWithCode(0), "");
+}
+
+TEST(StopDeathTest, WorkThatDoesNotComeToItsNextStepIsEndedTwoSecondsLater) {
+  const auto wait = [](double longest_s) {
+    timespec begun{}, now{};
+    for (::clock_gettime(CLOCK_MONOTONIC, &begun), now = begun;
+         static_cast<double>(now.tv_sec - begun.tv_sec) < longest_s;
+         ::clock_gettime(CLOCK_MONOTONIC, &now)) {
+    }
+  };
+  EXPECT_EXIT(
+      {
+        catch_stop_signals();
+        ::raise(SIGTERM);
+        ::raise(SIGTERM);  // does not put it off
+        wait(60.0);
+        ::_exit(0);
+      },
+      testing::ExitedWithCode(75), "run the same command again");
+  // What takes the asking back has the time that it needs.
+  EXPECT_EXIT(
+      {
+        catch_stop_signals();
+        ::raise(SIGTERM);
+        ::_exit(forget_stop_signal(SIGTERM) ? (wait(4.0), 0) : 1);
+      },
+      testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(
+      {
+        catch_stop_signals();
+        ::alarm(1);  // somebody else's
+        wait(60.0);
+        ::_exit(0);
+      },
+      testing::KilledBySignal(SIGALRM), "");
 }
 
 TEST(StopTest, AskingThrowsUntilItIsTakenBack) {
