@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <set>
 
 #include "batch/description.h"
 #include "core/registry.h"
@@ -99,13 +100,6 @@ constexpr std::string_view kMovingRule =
     "likewise: moving[] for "
     "trajectories[].";
 
-/// Keys that every job has, and those that make many runs of it.
-std::vector<KeyInfo> common_keys() {
-  std::vector<KeyInfo> keys = core::list_keys<job::RunConfig>();
-  for (KeyInfo& key : core::list_keys<batch::DescriptionSections>()) keys.push_back(std::move(key));
-  return keys;
-}
-
 template <class Options>
 std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
   std::vector<KeyInfo> keys;
@@ -176,6 +170,18 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   return result;
 }
 
+/// Keys that every job has, and those that make many runs of it. A list's items have the keys of their default kind
+/// too: these are that kind's.
+std::vector<KeyInfo> common_keys() {
+  std::set<std::string> of_kinds;
+  for (const auto& [heading, keys] : keys_by_kind())
+    for (const KeyInfo& key : keys) of_kinds.insert(key.name);
+  std::vector<KeyInfo> keys = core::list_keys<job::RunConfig>();
+  std::erase_if(keys, [&](const KeyInfo& key) { return of_kinds.contains(key.name); });
+  for (KeyInfo& key : core::list_keys<batch::DescriptionSections>()) keys.push_back(std::move(key));
+  return keys;
+}
+
 std::string explain(const KeyInfo& key, const std::string& when) {
   std::string text = fmt::format("{}\n    {}\n    {}", key.name, key.meaning, key.type);
   if (!key.unit.empty()) text += fmt::format(", {}", key.unit);
@@ -241,6 +247,9 @@ std::string reference_text() {
       "it, and any table may say `extends = \"file.toml\"`. Relative paths start at the file they "
       "stand in. Keys carry "
       "their unit.\n"
+      "An item of a list whose items have kinds (layers, trajectories, cameras, …) takes the keys "
+      "of "
+      "its list, and those of its kind further below.\n"
       "On the command line `--set KEY=VALUE` sets a key; " +
       std::string(kItemRule) + "\n" + std::string(kMovingRule) + "\n";
   std::string section = "?";

@@ -31,6 +31,16 @@ TEST(Reference, DocumentedKeysAreThoseOfTheProgram) {
       << "docs/config.md is stale; write it again: terracast docs -o docs/config.md";
 }
 
+// Keys of a kind stand with their kind, not among those that all items of a list have.
+TEST(Reference, KeysOfAKindAreNotSaidToBeEverybodys) {
+  const std::string text = reference_text();
+  const std::string common = text.substr(0, text.find("\n## layers of kind"));
+  EXPECT_EQ(common.find("`world.layer[].least_height_m`"), std::string::npos);
+  EXPECT_EQ(common.find("`trajectories[].waypoints[].lat_deg`"), std::string::npos);
+  EXPECT_NE(common.find("`world.layer[].licence`"), std::string::npos);
+  EXPECT_NE(text.find("`world.layer[].least_height_m`"), std::string::npos);
+}
+
 TEST(Reference, DocumentedClassesAreThoseOfTheProgram) {
   EXPECT_EQ(text_of(kSource / "docs/classes.md"), classes_page())
       << "docs/classes.md is stale; write it again: terracast docs classes -o docs/classes.md";
