@@ -29,7 +29,15 @@ struct Arguments {
   fs::path rig, file, output;
   std::string format;
   rigs::ReadOptions read;
+  bool shows_ledger = false;
 };
+
+std::vector<std::string> names_of_written_formats() {
+  std::vector<std::string> names;
+  for (const rigs::RigFormatInfo& format : rigs::rig_formats())
+    if (format.write != nullptr) names.emplace_back(format.name);
+  return names;
+}
 
 const rigs::RigFormatInfo& format_called(const std::string& name) {
   return core::find_registered(rigs::rig_formats(), "format of rigs", name);
@@ -54,21 +62,26 @@ int run_import(const Arguments& args) {
       args.format.empty() ? rigs::find_rig_format(args.file) : format_called(args.format);
   if (!args.read.axes.empty() && !format.is_table)
     fail(ErrorKind::Usage, "--axes is for tables; {} has axes of its own", format.name);
-  const rigs::RigOptions rig =
-      core::with_context([&] { return format.read(args.file, args.read); },
+  const rigs::ImportedRig read =
+      core::with_context([&] { return rigs::import_rig(format, args.file, args.read); },
                          fmt::format("importing a rig of format {}", format.name));
-  rigs::build_cameras({rig});  // refuses what no sequence could take
-  const std::string text = rigs::rig_toml(rig);
-  if (args.output.empty())
+  const std::string text = rigs::rig_toml(read.rig);
+  if (!args.output.empty()) core::write_file(args.output, text);
+  if (args.shows_ledger)
+    fmt::print("{}", read.ledger.table());
+  else if (args.output.empty())
     fmt::print("{}", text);
-  else
-    core::write_file(args.output, text);
+  for (const std::string& line : rigs::lines_not_used(read.ledger))
+    core::Log("rig").warn("{}: {}", args.file.string(), line);
   return 0;
 }
 
 int run_export(const Arguments& args) {
   const rigs::RigOptions rig = rigs::read_rig(args.rig);
   const rigs::RigFormatInfo& format = format_called(args.format);
+  if (format.write == nullptr)
+    fail(ErrorKind::Usage, "--format {}: it is only read; a rig is written as one of {}",
+         format.name, fmt::join(names_of_written_formats(), ", "));
   format.write(rig, args.output);
   const std::vector<std::string> left_out = rigs::keys_left_out(format, rig);
   if (!left_out.empty())
@@ -95,9 +108,14 @@ void add_rig_command(CLI::App& app, int& status) {
   show->callback([args, &status] { status = run_show(*args); });
 
   auto* in = command->add_subcommand("import", "Read another program's rig into a rig file.");
-  in->add_option("FILE", args->file, "The file; of COLMAP the folder.")->required();
+  in->add_option("FILE", args->file,
+                 "The file; of COLMAP, and of a stereo pair of ROS, the folder.")
+      ->required();
   in->add_option("-o,--output", args->output, "The rig file to write; printed when left out.");
   in->add_option("--format", args->format, formats + "; found out from the file when left out.");
+  in->add_flag("--ledger", args->shows_ledger,
+               "Print instead of the rig file each key, member or column of the file, and what "
+               "became of it.");
   in->add_option("--name", args->read.name,
                  "Name of the rig; left out: the file's own, or of the file.");
   in->add_option("--axes", args->read.axes,
@@ -108,7 +126,9 @@ void add_rig_command(CLI::App& app, int& status) {
 
   auto* out = command->add_subcommand("export", "Write a rig for another program.");
   out->add_option("RIG", args->rig, kRig)->required();
-  out->add_option("--format", args->format, formats + ".")->required();
+  out->add_option("--format", args->format,
+                  fmt::format("One of {}.", fmt::join(names_of_written_formats(), ", ")))
+      ->required();
   out->add_option("-o,--output", args->output, "The file to write; of COLMAP a folder.")
       ->required();
   out->callback([args, &status] { status = run_export(*args); });

@@ -54,12 +54,45 @@ rigs::RigOptions rig_of_cameras(const std::string& name,
   rigs::RigOptions rig;
   rig.name = name;
   for (const capture::CameraCalibration& known : cameras) {
+    // A rig file's 0 would say that the focal length is not stated, or that fy is fx.
+    const std::vector<double>& p = known.intrinsics.parameters;
+    if (!(p.at(0) > 0.0 && p.at(1) > 0.0))
+      core::fail(core::ErrorKind::Config,
+                 "camera {}: focal lengths of {} and {} px; both have to be above 0", known.name,
+                 p[0], p[1]);
     rigs::CameraOptions& camera = rig.cameras.emplace_back();
     camera.name = known.name;
     camera.set_intrinsics(known.intrinsics);
     camera.set_pose(known.rig_from_camera);
   }
   return rig;
+}
+
+std::pair<std::string, std::string> names_of_topic(std::string topic) {
+  for (const std::string_view ending : {"/compressed", "/compressedDepth"})
+    if (topic.ends_with(ending)) topic.resize(topic.size() - ending.size());
+  for (const std::string_view ending : {"/image_raw", "/image_rect", "/image_mono", "/image_color",
+                                        "/image_rect_raw", "/image_rect_color", "/image"})
+    if (topic.ends_with(ending)) topic.resize(topic.size() - ending.size());
+  while (topic.starts_with('/')) topic.erase(0, 1);
+  while (topic.ends_with('/')) topic.pop_back();
+  if (topic.empty()) return {"", ""};
+  const std::size_t slash = topic.rfind('/');
+  if (slash == std::string::npos) return {"", safe_name(topic)};
+  return {safe_name(topic.substr(0, slash)), safe_name(topic.substr(slash + 1))};
+}
+
+void name_apart(std::vector<capture::CameraCalibration>& cameras,
+                const std::vector<std::string>& others) {
+  std::set<std::string> names;
+  for (const capture::CameraCalibration& camera : cameras) names.insert(camera.name);
+  if (names.size() == cameras.size() && !names.contains("")) return;
+  for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].name = safe_name(others.at(i));
+}
+
+geo::Rigid3d rig_from_rdf() {
+  return {.rotation = Eigen::Quaterniond(geo::rig_from_rdf()).normalized(),
+          .translation = Eigen::Vector3d::Zero()};
 }
 
 geo::CameraIntrinsics as_opencv(geo::CameraIntrinsics intrinsics) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/ledger.h"
 #include "rigs/rig.h"
 
 /// Rigs as files of other programs, and as pictures.
@@ -16,6 +17,12 @@ struct ReadOptions {
   std::string name;  ///< of the rig; empty: the file's own, or of the file
   std::string
       axes;  ///< of offsets and rotations in tables that do not say: flu, rdf; empty: refuse
+};
+
+/// A rig from another program's file, and what became of all that the file says.
+struct ImportedRig {
+  rigs::RigOptions rig;
+  core::Ledger ledger;
 };
 
 /// A format that rigs are read from and written in.
@@ -31,9 +38,19 @@ struct RigFormatInfo {
   bool is_table = false;  ///< whose axes may be left open
   /// Whether a path is meant for the format, from its name and its first bytes.
   bool (*recognises)(const std::filesystem::path& path, std::string_view first_bytes);
-  rigs::RigOptions (*read)(const std::filesystem::path& path, const ReadOptions& options);
-  void (*write)(const rigs::RigOptions& rig, const std::filesystem::path& path);
+  ImportedRig (*read)(const std::filesystem::path& path, const ReadOptions& options);
+  /// nullptr: a format that is only read.
+  void (*write)(const rigs::RigOptions& rig, const std::filesystem::path& path) = nullptr;
+  /// The keys, members and columns that it knows.
+  std::vector<core::KnownTable> (*known)() = nullptr;
 };
+
+/// The tables of all formats, in the order of their names.
+std::vector<core::KnownTable> known_names_of_rigs();
+
+/// What a file says that its rig does not: a line for each reason why names are ignored, and for each name that is not
+/// known or whose value was not understood.
+std::vector<std::string> lines_not_used(const core::Ledger& ledger);
 
 /// The keys that a rig states and a format does not hold, as a rig file calls them ("mount_pitch_deg",
 /// "cameras[].exposure_ms", "errors.focal_length_sd_px"), in the order of config.md. Tables hold all.
@@ -43,8 +60,13 @@ std::vector<std::string> keys_left_out(const RigFormatInfo& format, const rigs::
 /// The table of formats.
 std::span<const RigFormatInfo> rig_formats();
 
-/// The format of a file or folder that is there.
-/// throws   Input: none takes it
+/// Reads a file's rig, of which a sequence can be made.
+/// throws   as RigFormatInfo::read; Input: cameras of no model's range, names that repeat
+ImportedRig import_rig(const RigFormatInfo& format, const std::filesystem::path& path,
+                       const ReadOptions& options);
+
+/// The format of a file or folder.
+/// throws   Io: it is not there; Input: no format takes it
 const RigFormatInfo& find_rig_format(const std::filesystem::path& path);
 
 }  // namespace terracast::rigs

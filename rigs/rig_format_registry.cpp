@@ -10,7 +10,7 @@
 
 // Every format, in alphabetical order: X(name) is rigs/formats/name.cpp, which defines
 // `RigFormatInfo name_rigs()`.
-#define TERRACAST_RIG_FORMATS(X) X(colmap) X(csv) X(kalibr) X(opencv) X(xlsx)
+#define TERRACAST_RIG_FORMATS(X) X(colmap) X(csv) X(kalibr) X(opencv) X(ros) X(vins) X(xlsx)
 
 namespace terracast::rigs {
 
@@ -66,7 +66,44 @@ std::span<const RigFormatInfo> rig_formats() {
   return table;
 }
 
+std::vector<core::KnownTable> known_names_of_rigs() {
+  std::vector<core::KnownTable> tables;
+  for (const RigFormatInfo& format : rig_formats())
+    for (const core::KnownTable& table : format.known()) tables.push_back(table);
+  return tables;
+}
+
+std::vector<std::string> lines_not_used(const core::Ledger& ledger) {
+  constexpr std::size_t kMostNames = 40;  // of a reason
+  std::map<std::string, std::vector<std::string>> names_by_reason;
+  for (const auto& [name, entry] : ledger.entries())
+    if (entry.num_ignored > 0) names_by_reason[entry.why].push_back(name);
+  std::vector<std::string> lines = ledger.warnings();
+  for (auto& [why, names] : names_by_reason) {
+    const std::size_t num_more = names.size() - std::min(names.size(), kMostNames);
+    names.resize(names.size() - num_more);
+    lines.push_back(fmt::format("not used: {}{} ({})", fmt::join(names, ", "),
+                                num_more > 0 ? fmt::format(" and {} more", num_more) : "", why));
+  }
+  return lines;
+}
+
+ImportedRig import_rig(const RigFormatInfo& format, const std::filesystem::path& path,
+                       const ReadOptions& options) {
+  try {
+    ImportedRig read = format.read(path, options);
+    build_cameras({read.rig});
+    return read;
+  } catch (const core::Error& error) {
+    if (error.kind() != core::ErrorKind::Config) throw;
+    core::fail(core::ErrorKind::Input, "{}: no rig can be made of it: {}", path.string(),
+               error.message());
+  }
+}
+
 const RigFormatInfo& find_rig_format(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path))
+    core::fail(core::ErrorKind::Io, "{}: no such file or folder", path.string());
   std::string first_bytes(256, '\0');
   std::ifstream file(path, std::ios::binary);
   file.read(first_bytes.data(), static_cast<std::streamsize>(first_bytes.size()));
@@ -74,8 +111,8 @@ const RigFormatInfo& find_rig_format(const std::filesystem::path& path) {
   for (const RigFormatInfo& format : rig_formats())
     if (format.recognises(path, first_bytes)) return format;
   core::fail(core::ErrorKind::Input,
-             "{}: its name tells no format of rigs; give --format, one of {}", path.string(),
-             fmt::join(core::registry_names(rig_formats()), ", "));
+             "{}: neither its name nor its keys tell a format of rigs; give --format, one of {}",
+             path.string(), fmt::join(core::registry_names(rig_formats()), ", "));
 }
 
 }  // namespace terracast::rigs

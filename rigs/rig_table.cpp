@@ -24,20 +24,6 @@ using core::fail;
 
 constexpr std::size_t kMostRows = 1000;
 
-/// Keys of several numbers, and what each is called where it has a column of its own.
-const std::map<std::string, std::vector<std::string>, std::less<>>& components() {
-  static const std::map<std::string, std::vector<std::string>, std::less<>> table{
-      {"principal_point_px", {"cx_px", "cy_px"}},
-      {"offset_mm", {"x_mm", "y_mm", "z_mm"}},
-      {"axis_angle_rad", {"nx_rad", "ny_rad", "nz_rad"}},
-      {"euler_deg", {"yaw_deg", "pitch_deg", "roll_deg"}},
-      {"quaternion_wxyz", {"qw", "qx", "qy", "qz"}},
-      {"look_at_mm", {"look_at_x_mm", "look_at_y_mm", "look_at_z_mm"}},
-      {"mount_offset_m", {"mount_x_m", "mount_y_m", "mount_z_m"}},
-  };
-  return table;
-}
-
 /// Headings of published tables for our own.
 const std::map<std::string, std::string, std::less<>>& other_headings() {
   static const std::map<std::string, std::string, std::less<>> table{
@@ -87,6 +73,7 @@ class SheetReader {
     const auto found = columns_.find(plain(heading));
     if (found == columns_.end()) return std::nullopt;
     used_.insert(found->second);
+    names_.emplace(found->second, heading);
     return found->second;
   }
 
@@ -110,13 +97,20 @@ class SheetReader {
          where(row, column), text);
   }
 
-  void check_headings() const {
-    for (const auto& [heading, column] : columns_) {
-      if (used_.contains(column)) continue;
-      const std::string nearest = core::nearest_name(sheet_.headings[column], known_);
-      fail(ErrorKind::Input, "{}: an unknown heading{}; known are {}", heading_place(column),
-           nearest.empty() ? "" : fmt::format(" (nearest: {})", nearest), fmt::join(known_, ", "));
+  /// What became of each column.
+  core::Ledger ledger() const {
+    core::Ledger ledger;
+    for (std::size_t column = 0; column < sheet_.headings.size(); ++column) {
+      const std::string& heading = sheet_.headings[column];
+      if (used_.contains(column))
+        ledger.use(names_.at(column));
+      else if (!is_blank(heading))
+        ledger.miss(misspelled(column));
+      else if (std::any_of(sheet_.rows.begin(), sheet_.rows.end(),
+                           [&](const auto& row) { return !is_blank(row[column]); }))
+        ledger.miss(fmt::format("column {} (no heading)", column_letters(column)));
     }
+    return ledger;
   }
 
  private:
@@ -125,9 +119,23 @@ class SheetReader {
                        sheet_.headings[column]);
   }
 
+  /// The heading of a column that nobody asked for.
+  /// throws   Input: it is nearly one that is known, so that what was meant would be lost
+  std::string misspelled(std::size_t column) const {
+    const std::string& heading = sheet_.headings[column];
+    const std::string nearest = core::nearest_name(heading, known_);
+    if (nearest.empty()) return heading;
+    fail(ErrorKind::Input,
+         "{}: an unknown heading (nearest: {}); known are {}. A column of something else is told "
+         "and "
+         "passed over under a heading that is like none of these",
+         heading_place(column), nearest, fmt::join(known_, ", "));
+  }
+
   const Sheet& sheet_;
   std::map<std::string, std::size_t> columns_;
   std::set<std::size_t> used_;
+  std::map<std::size_t, std::string> names_;  ///< the headings' own, of columns that are used
   std::vector<std::string> known_;
 };
 
@@ -234,8 +242,8 @@ class RowReader : public core::SchemaVisitor {
       last_column = *column;
       for (const std::string_view part : parts_of(vector_cell(row_, *column))) add(part, *column);
     }
-    const auto parts = components().find(heading);
-    if (parts != components().end()) {
+    const auto parts = components_of_keys().find(heading);
+    if (parts != components_of_keys().end()) {
       for (const std::string& part : parts->second) {
         const auto column = sheet_.find(part);
         if (!column || is_blank(vector_cell(row_, *column))) continue;
@@ -363,8 +371,8 @@ class CellLister final : public core::SchemaVisitor {
   void add(const std::string& heading, const Value& value, const Constraint& constraint) {
     if (depth_ > 0) return;  // of an item of a list
     if constexpr (std::is_same_v<Value, std::vector<double>>) {
-      const auto parts = components().find(heading);
-      if (parts == components().end()) {
+      const auto parts = components_of_keys().find(heading);
+      if (parts == components_of_keys().end()) {
         cells.push_back({heading, fmt::format("{}", fmt::join(value, " ")), constraint.required});
         return;
       }
@@ -412,6 +420,19 @@ bool is_of_table(const rigs::RigOptions& rig, const std::string& heading) {
 
 }  // namespace
 
+const std::map<std::string, std::vector<std::string>, std::less<>>& components_of_keys() {
+  static const std::map<std::string, std::vector<std::string>, std::less<>> table{
+      {"principal_point_px", {"cx_px", "cy_px"}},
+      {"offset_mm", {"x_mm", "y_mm", "z_mm"}},
+      {"axis_angle_rad", {"nx_rad", "ny_rad", "nz_rad"}},
+      {"euler_deg", {"yaw_deg", "pitch_deg", "roll_deg"}},
+      {"quaternion_wxyz", {"qw", "qx", "qy", "qz"}},
+      {"look_at_mm", {"look_at_x_mm", "look_at_y_mm", "look_at_z_mm"}},
+      {"mount_offset_m", {"mount_x_m", "mount_y_m", "mount_z_m"}},
+  };
+  return table;
+}
+
 std::string column_letters(std::size_t column) {
   std::string letters;
   for (std::size_t rest = column + 1; rest > 0; rest = (rest - 1) / 26)
@@ -424,7 +445,7 @@ std::string Sheet::where(std::size_t row, std::size_t column) const {
                      column_letters(column), headings[column]);
 }
 
-rigs::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) {
+ImportedRig rig_of_sheet(const Sheet& sheet, const ReadOptions& options) {
   if (sheet.rows.empty())
     fail(ErrorKind::Input, "{}: no row below the headings; a camera takes one each",
          sheet.file.string());
@@ -457,7 +478,7 @@ rigs::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) {
       fail(ErrorKind::Input, "{}: both a place on a compound eye and another pose; state one",
            reader.row_place(row));
   }
-  reader.check_headings();
+  core::Ledger ledger = reader.ledger();
   for (std::size_t row = 0; row < sheet.rows.size(); ++row)
     check_camera(rig.cameras[row], reader.row_place(row));
 
@@ -475,7 +496,7 @@ rigs::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) {
          sheet.file.string());
   if (needs) rig.axes = axes;
   rig.validate();
-  return rig;
+  return {std::move(rig), std::move(ledger)};
 }
 
 Sheet sheet_of_rig(const rigs::RigOptions& rig) {

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,11 +33,18 @@ std::string column_letters(std::size_t column);
 ///     roll angle, pitch angle, radius (mm): a place on a compound eye, as its template has it
 ///     rig, axes, mount_…: the rig's own, in the first row
 ///
-/// An empty cell repeats the one above it, but for names and poses.
-/// throws   Input: an unknown heading (the nearest is named), a cell that is no number or out of range, no row,
-///          rows without a size, a pose stated in part; each with file, row and column. Axes that are
-///          nowhere stated and matter.
-rigs::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options);
+/// An empty cell repeats the one above it, but for names and poses. A column whose heading is like none that is
+/// known, or that has cells and no heading, is told by the ledger.
+/// throws   Input: a heading that is nearly a known one, which is named; a cell that is no number or out of range, no
+///          row, rows without a size, a pose stated in part; each with file, row and column. Axes that are nowhere
+///          stated and matter.
+ImportedRig rig_of_sheet(const Sheet& sheet, const ReadOptions& options);
+
+/// Keys of several numbers, and what each is called where it has a column of its own.
+const std::map<std::string, std::vector<std::string>, std::less<>>& components_of_keys();
+
+/// The headings that rig_of_sheet knows, of all models.
+std::span<const core::KnownName> known_headings();
 
 /// The rig's cameras with all keys that one of them states.
 Sheet sheet_of_rig(const rigs::RigOptions& rig);

@@ -20,8 +20,9 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 22;
 /// In one list: aliases make much of few bytes.
 constexpr std::size_t kMostNumbers = 1000;
 
-/// OpenCV writes a directive that YAML does not know, "%YAML:1.0".
+/// OpenCV writes a directive that YAML does not know, "%YAML:1.0"; editors a byte order mark.
 std::string without_directive(std::string text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   if (text.starts_with("%YAML:")) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     text.replace(0, end, std::string(end, ' '));
@@ -31,7 +32,7 @@ std::string without_directive(std::string text) {
 
 }  // namespace
 
-YamlValue::YamlValue(std::string file, std::string path, const YAML::Node& node)
+YamlValue::YamlValue(std::shared_ptr<File> file, KeyRecord::Path path, const YAML::Node& node)
     : file_(std::move(file)),
       path_(std::move(path)),
       node_(std::make_shared<const YAML::Node>(node)) {}
@@ -39,32 +40,76 @@ YamlValue::YamlValue(std::string file, std::string path, const YAML::Node& node)
 YamlValue YamlValue::read(const std::filesystem::path& file) {
   const std::string text = core::read_text_file(file, kMostBytes);
   try {
-    return {file.string(), "", YAML::Load(without_directive(text))};
+    const std::vector<YAML::Node> documents = YAML::LoadAll(without_directive(text));
+    const auto is_stated = [](const YAML::Node& document) { return !document.IsNull(); };
+    const auto num_stated = std::count_if(documents.begin(), documents.end(), is_stated);
+    const auto first = std::find_if(documents.begin(), documents.end(), is_stated);
+    const std::size_t num_others = num_stated > 1 ? static_cast<std::size_t>(num_stated) - 1 : 0;
+    return {std::make_shared<File>(File{file.string(), num_others, {}}),
+            {},
+            first == documents.end() ? YAML::Node() : *first};
   } catch (const YAML::Exception& error) {
     fail(ErrorKind::Input, "{}:{}:{}: no YAML: {}", file.string(), error.mark.line + 1,
          error.mark.column + 1, error.msg);
   }
 }
 
+std::unique_ptr<YamlValue> yaml_map_of(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file) ||
+      (file.extension() != ".yaml" && file.extension() != ".yml"))
+    return nullptr;
+  auto value = std::make_unique<YamlValue>(YamlValue::read(file));
+  return value->is_map() ? std::move(value) : nullptr;
+}
+
 std::string YamlValue::where() const {
   const int line = node_->Mark().line;
-  return fmt::format("{}{}{}", file_, line >= 0 ? fmt::format(":{}", line + 1) : "",
-                     path_.empty() ? "" : ": " + path_);
+  std::string path;
+  for (const std::string& step : path_)
+    path += (path.empty() || step.starts_with('[') ? "" : ".") + step;
+  return fmt::format("{}{}{}", file_->path, line >= 0 ? fmt::format(":{}", line + 1) : "",
+                     path.empty() ? "" : ": " + path);
+}
+
+bool YamlValue::is_map() const { return node_->IsMap(); }
+bool YamlValue::is_list() const { return node_->IsSequence(); }
+bool YamlValue::is_null() const { return node_->IsNull(); }
+
+/// Tells the record which keys the map has, when it is looked into first.
+void YamlValue::open() const {
+  if (file_->record.is_open(path_)) return;
+  std::vector<std::string> keys;
+  for (const auto& entry : *node_)
+    keys.push_back(entry.first.IsScalar() ? entry.first.Scalar()
+                                          : fmt::format("(a key in line {} that is no text)",
+                                                        entry.first.Mark().line + 1));
+  file_->record.open(path_, keys, where());
 }
 
 bool YamlValue::has(std::string_view key) const {
-  return node_->IsMap() && (*node_)[std::string(key)].IsDefined();
+  if (!node_->IsMap()) return false;
+  open();
+  return (*node_)[std::string(key)].IsDefined();
+}
+
+bool YamlValue::states(std::string_view key) const {
+  return has(key) && !(*node_)[std::string(key)].IsNull();
 }
 
 YamlValue YamlValue::at(std::string_view key) const {
   if (!node_->IsMap()) fail(ErrorKind::Input, "{} is no map; one with {} is wanted", where(), key);
+  open();
   const YAML::Node node = (*node_)[std::string(key)];
   if (!node.IsDefined()) fail(ErrorKind::Input, "{} has no {}", where(), key);
-  return {file_, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key), node};
+  KeyRecord::Path path = path_;
+  path.emplace_back(key);
+  file_->record.take(path);
+  return {file_, std::move(path), node};
 }
 
 std::vector<std::string> YamlValue::keys() const {
   if (!node_->IsMap()) fail(ErrorKind::Input, "{} is no map", where());
+  open();
   std::vector<std::string> keys;
   for (const auto& entry : *node_)
     if (entry.first.IsScalar()) keys.push_back(entry.first.Scalar());
@@ -73,10 +118,35 @@ std::vector<std::string> YamlValue::keys() const {
 
 std::vector<YamlValue> YamlValue::items() const {
   if (!node_->IsSequence()) fail(ErrorKind::Input, "{} is no list", where());
+  if (node_->size() > kMostNumbers)
+    fail(ErrorKind::Input, "{} has more than {} numbers or items; no camera takes so many", where(),
+         kMostNumbers);
   std::vector<YamlValue> items;
-  for (std::size_t i = 0; i < node_->size(); ++i)
-    items.push_back({file_, fmt::format("{}[{}]", path_, i), (*node_)[i]});
+  for (std::size_t i = 0; i < node_->size(); ++i) {
+    KeyRecord::Path path = path_;
+    path.push_back(fmt::format("[{}]", i));
+    items.push_back({file_, std::move(path), (*node_)[i]});
+  }
   return items;
+}
+
+void YamlValue::pass_over(const std::string& why) const { file_->record.pass_over(path_, why); }
+
+void YamlValue::leave_out(const std::string& part, const std::string& why) const {
+  file_->record.leave_out(path_, part, why);
+}
+
+void YamlValue::misunderstand(const std::string& value) const {
+  file_->record.misunderstand(path_, value);
+}
+
+core::Ledger YamlValue::ledger(std::span<const core::KnownName> known,
+                               std::string (*name)(const KeyRecord::Path&)) const {
+  core::Ledger ledger = file_->record.ledger(known, name);
+  if (file_->num_other_documents > 0)
+    ledger.ignore("(documents after the first)", "a rig is read from the first one of a file",
+                  static_cast<std::int64_t>(file_->num_other_documents));
+  return ledger;
 }
 
 std::string YamlValue::text() const {
@@ -101,8 +171,8 @@ std::vector<double> YamlValue::numbers(std::size_t count) const {
   std::vector<double> values;
   for (const YamlValue& item : items()) {
     if (values.size() > kMostNumbers)
-      fail(ErrorKind::Input, "{} has more than {} numbers; no camera takes so many", where(),
-           kMostNumbers);
+      fail(ErrorKind::Input, "{} has more than {} numbers or items; no camera takes so many",
+           where(), kMostNumbers);
     if (item.node_->IsSequence()) {
       for (const YamlValue& inner : item.items()) values.push_back(inner.number());
     } else {
@@ -114,10 +184,27 @@ std::vector<double> YamlValue::numbers(std::size_t count) const {
   return values;
 }
 
+std::vector<double> YamlValue::matrix(std::size_t count) const {
+  if (is_list()) return numbers(count);
+  const std::vector<double> values = at("data").numbers(count);
+  if (has("dt")) at("dt").text();  // of what type the numbers were
+  if (!has("rows") || !has("cols")) return values;
+  const double rows = at("rows").number(), cols = at("cols").number();
+  if (rows * cols != static_cast<double>(values.size()))
+    fail(ErrorKind::Input, "{} has {} numbers; {} rows of {} are {}", at("data").where(),
+         values.size(), rows, cols, rows * cols);
+  return values;
+}
+
 geo::Rigid3d YamlValue::rigid() const {
-  const std::vector<double> m = numbers();
+  const std::vector<double> m = matrix();
   if (m.size() != 12 && m.size() != 16)
     fail(ErrorKind::Input, "{} has {} numbers; it takes 3 or 4 rows of 4", where(), m.size());
+  if (m.size() == 16 && (m[12] != 0.0 || m[13] != 0.0 || m[14] != 0.0 || m[15] != 1.0))
+    fail(ErrorKind::Input,
+         "{}: its last row is {} {} {} {}; that of a pose is 0 0 0 1 (written column by column, it "
+         "would hold the translation)",
+         where(), m[12], m[13], m[14], m[15]);
   return rigid({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}, {m[3], m[7], m[11]});
 }
 

@@ -11,13 +11,15 @@
 #include "core/error.h"
 #include "core/json.h"
 #include "geo/fixes/text.h"
-#include "geo/frames.h"
+#include "rigs/json_value.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 
-// COLMAP's cameras.txt and rig_config.json in one folder: the k-th camera of the rig has the k-th CAMERA_ID. Its frame of a rig is
-// its reference camera's; where that stands in ours is told by members that COLMAP passes over, rig_from_ref_….
-// https://colmap.github.io/format.html, https://colmap.github.io/rigs.html
+// COLMAP's cameras.txt and rig_config.json in one folder. Since 3.12 (rig_configurator) one camera says ref_sensor and none has a
+// number: the k-th camera of the rig has the k-th CAMERA_ID, or camera_model_name and camera_params of its own. Before
+// (rig_bundle_adjuster) ref_camera_id and camera_id name lines of cameras.txt; up to 3.8 poses were rel_qvec and rel_tvec. All
+// are the camera's axes from the rig's, rotations w x y z. Where the reference camera stands in our rig is told by members that COLMAP
+// passes over, rig_from_ref_…. https://colmap.github.io/format.html, https://colmap.github.io/rigs.html
 namespace terracast::rigs {
 namespace {
 
@@ -49,6 +51,22 @@ constexpr std::array kModels = {
     ColmapModel{"FULL_OPENCV", 2, 8, "full_opencv", 8},
     ColmapModel{"FOV", 2, 1, "fov", 1},
     ColmapModel{"THIN_PRISM_FISHEYE", 2, 8, "thin_prism_fisheye", 8},
+};
+
+constexpr std::array kKnown = {
+    core::KnownName{"[].ref_camera_id", "the reference camera's camera_id"},
+    core::KnownName{"[].cameras", "the cameras"},
+    core::KnownName{"[].cameras[].camera_id", "the camera's line of cameras.txt"},
+    core::KnownName{"[].cameras[].image_prefix", "names of rig and camera"},
+    core::KnownName{"[].cameras[].ref_sensor", "whether it is the reference camera"},
+    core::KnownName{"[].cameras[].cam_from_rig_rotation", "w x y z"},
+    core::KnownName{"[].cameras[].cam_from_rig_translation", "m"},
+    core::KnownName{"[].cameras[].rel_qvec", "as cam_from_rig_rotation"},
+    core::KnownName{"[].cameras[].rel_tvec", "as cam_from_rig_translation"},
+    core::KnownName{"[].cameras[].camera_model_name", "the camera's model, before cameras.txt"},
+    core::KnownName{"[].cameras[].camera_params", "its parameters"},
+    core::KnownName{"[].rig_from_ref_rotation", "of our own: how the reference camera is turned"},
+    core::KnownName{"[].rig_from_ref_translation", "of our own: where it stands"},
 };
 
 geo::CameraIntrinsics intrinsics_of(std::string_view name, const std::vector<double>& numbers,
@@ -108,18 +126,27 @@ std::map<std::int64_t, geo::CameraIntrinsics> read_cameras(const fs::path& file)
   return cameras;
 }
 
-geo::Rigid3d pose_of(const Json& object, const std::string& prefix, const std::string& where) {
-  const std::vector<double> q = object.at(prefix + "_rotation").numbers();
-  const std::vector<double> t = object.at(prefix + "_translation").numbers();
+geo::Rigid3d pose_of(const JsonValue& object, std::string_view rotation_key,
+                     std::string_view translation_key) {
+  const std::vector<double> q = object.at(rotation_key).json().numbers();
+  const std::vector<double> t = object.at(translation_key).json().numbers();
   if (q.size() != 4 || t.size() != 3)
-    fail(ErrorKind::Input,
-         "{}: {}_rotation has {} numbers and {}_translation {}; they take 4 (w x y z) and 3", where,
-         prefix, q.size(), prefix, t.size());
+    fail(ErrorKind::Input, "{}: {} has {} numbers and {} {}; they take 4 (w x y z) and 3",
+         object.where(), rotation_key, q.size(), translation_key, t.size());
   const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
   if (!(std::abs(rotation.norm() - 1.0) < 1e-3))
-    fail(ErrorKind::Input, "{}: {}_rotation has length {}; a rotation has 1", where, prefix,
+    fail(ErrorKind::Input, "{}: {} has length {}; a rotation has 1", object.where(), rotation_key,
          rotation.norm());
   return {.rotation = rotation.normalized(), .translation = {t[0], t[1], t[2]}};
+}
+
+/// The camera's axes from the rig's.
+std::optional<geo::Rigid3d> read_pose(const JsonValue& camera) {
+  const auto has_any = [&](const char* a, const char* b) { return camera.has(a) || camera.has(b); };
+  if (has_any("cam_from_rig_rotation", "cam_from_rig_translation"))
+    return pose_of(camera, "cam_from_rig_rotation", "cam_from_rig_translation");
+  if (has_any("rel_qvec", "rel_tvec")) return pose_of(camera, "rel_qvec", "rel_tvec");
+  return std::nullopt;
 }
 
 /// Rig and camera of "rig/camera/".
@@ -134,52 +161,146 @@ fs::path folder_of(const fs::path& path) {
   return fs::is_directory(path) ? path : path.parent_path();
 }
 
-rigs::RigOptions read_colmap(const fs::path& path, const ReadOptions& options) {
-  const fs::path config_file = folder_of(path) / "rig_config.json";
-  const auto intrinsics_by_id = read_cameras(folder_of(path) / "cameras.txt");
-  const Json config =
-      Json::parse(core::read_text_file(config_file, kMostBytes), config_file.string());
-  if (!config.is_array() || config.size() != 1)
-    fail(ErrorKind::Input, "{}: a list of one rig is wanted", config_file.string());
-  const Json& rig = config.at(std::size_t{0});
-  const Json& entries = rig.at("cameras");
-  if (!entries.is_array() || entries.size() != intrinsics_by_id.size())
-    fail(ErrorKind::Input,
-         "{}: {} cameras, but cameras.txt beside it has {}; each takes a line there",
-         config_file.string(), entries.size(), intrinsics_by_id.size());
-  geo::Rigid3d rig_from_reference{
-      .rotation = Eigen::Quaterniond(geo::rig_from_forward_camera()).normalized(),
-      .translation = Eigen::Vector3d::Zero()};
-  if (rig.has("rig_from_ref_rotation"))
-    rig_from_reference = pose_of(rig, "rig_from_ref", config_file.string());
+using Lines = std::map<std::int64_t, geo::CameraIntrinsics>;  ///< of cameras.txt, by CAMERA_ID
 
+std::string ids_of(const Lines& lines) {
+  std::vector<std::int64_t> ids;
+  for (const auto& [id, intrinsics] : lines) ids.push_back(id);
+  return fmt::format("{}", fmt::join(ids, ", "));
+}
+
+/// For each camera of the rig its line of cameras.txt.
+std::vector<Lines::const_iterator> lines_of(const std::vector<JsonValue>& cameras,
+                                            const Lines& lines, const JsonValue& rig) {
+  std::vector<Lines::const_iterator> found;
+  std::set<std::int64_t> ids;
+  for (const JsonValue& camera : cameras) {
+    if (!camera.has("camera_id")) continue;
+    const std::int64_t id = camera.at("camera_id").json().integer();
+    if (!ids.insert(id).second)
+      fail(ErrorKind::Input, "{}: camera_id {} stands twice", camera.where(), id);
+    found.push_back(lines.find(id));
+    if (found.back() == lines.end())
+      fail(ErrorKind::Input, "{}: camera_id {}; cameras.txt beside it has {}", camera.where(), id,
+           ids_of(lines));
+  }
+  if (found.size() == cameras.size() && !found.empty()) return found;
+  if (!found.empty())
+    fail(ErrorKind::Input, "{}: {} of {} cameras have a camera_id; give it to all or to none",
+         rig.where(), found.size(), cameras.size());
+  if (cameras.size() != lines.size())
+    fail(ErrorKind::Input,
+         "{}: {} cameras, but cameras.txt beside it has {}; each takes a line there, the k-th the "
+         "k-th, or says with camera_id which",
+         rig.where(), cameras.size(), lines.size());
+  for (auto line = lines.begin(); line != lines.end(); ++line) found.push_back(line);
+  return found;
+}
+
+/// Index of the camera that the poses are from.
+std::size_t find_reference(const std::vector<JsonValue>& cameras, const JsonValue& rig) {
+  std::vector<std::size_t> references;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (cameras[i].has("ref_sensor") && cameras[i].at("ref_sensor").json().boolean())
+      references.push_back(i);
+  if (rig.has("ref_camera_id")) {
+    const std::int64_t id = rig.at("ref_camera_id").json().integer();
+    const auto is_it = [&](const JsonValue& camera) {
+      return camera.has("camera_id") && camera.at("camera_id").json().integer() == id;
+    };
+    const auto found = std::find_if(cameras.begin(), cameras.end(), is_it);
+    if (found == cameras.end())
+      fail(ErrorKind::Input, "{}: ref_camera_id is {}, which no camera has as camera_id",
+           rig.where(), id);
+    const auto index = static_cast<std::size_t>(found - cameras.begin());
+    if (!references.empty() && references != std::vector{index})
+      fail(ErrorKind::Input, "{}: ref_camera_id is {}, but another camera says ref_sensor",
+           rig.where(), id);
+    return index;
+  }
+  if (references.size() != 1)
+    fail(ErrorKind::Input,
+         "{}: {} cameras say ref_sensor, and no ref_camera_id names one; one is wanted",
+         rig.where(), references.size());
+  return references[0];
+}
+
+/// What a camera of the rig states of its own goes before its line of cameras.txt, as in COLMAP.
+geo::CameraIntrinsics read_intrinsics(const JsonValue& camera, const geo::CameraIntrinsics& line,
+                                      core::Ledger& ledger) {
+  if (!camera.has("camera_model_name") && !camera.has("camera_params")) return line;
+  geo::CameraIntrinsics own =
+      intrinsics_of(camera.at("camera_model_name").json().string(),
+                    camera.at("camera_params").json().numbers(), camera.where());
+  own.width_px = line.width_px;
+  own.height_px = line.height_px;
+  if (own != line)
+    ledger.ignore("cameras.txt: MODEL and PARAMS[]",
+                  "rig_config.json states others for this camera, which COLMAP takes");
+  return own;
+}
+
+fs::path cameras_file_in(const fs::path& folder) {
+  fs::path file = folder / "cameras.txt";
+  if (!fs::exists(file) && fs::exists(folder / "cameras.bin"))
+    fail(ErrorKind::Input,
+         "{}: has cameras.bin, and no cameras.txt, which is read; write it with colmap "
+         "model_converter --output_type TXT",
+         folder.string());
+  if (!fs::exists(file))
+    fail(ErrorKind::Io,
+         "{}: no such file; the images' sizes and the optics of the rig's cameras stand there",
+         file.string());
+  return file;
+}
+
+ImportedRig read_colmap(const fs::path& path, const ReadOptions& options) {
+  const fs::path config_file =
+      path.extension() == ".json" ? path : folder_of(path) / "rig_config.json";
+  const Lines lines = read_cameras(cameras_file_in(folder_of(path)));
+  const JsonValue config = JsonValue::read(config_file, kMostBytes);
+  if (!config.json().is_array() || config.json().size() != 1)
+    fail(ErrorKind::Input,
+         "{}: a list of one rig is wanted; of several, keep the one that is to be imported",
+         config_file.string());
+  const JsonValue rig = config.items()[0];
+  const std::vector<JsonValue> entries = rig.at("cameras").items();
+  const std::vector<Lines::const_iterator> line_of = lines_of(entries, lines, rig);
+  std::vector<std::optional<geo::Rigid3d>> camera_from_rig;
+  for (const JsonValue& entry : entries) camera_from_rig.push_back(read_pose(entry));
+  const std::size_t reference = find_reference(entries, rig);
+  if (!camera_from_rig[reference]) camera_from_rig[reference] = geo::Rigid3d{};
+  const geo::Rigid3d rig_from_reference =
+      rig.has("rig_from_ref_rotation")
+          ? pose_of(rig, "rig_from_ref_rotation", "rig_from_ref_translation")
+          : rig_from_rdf();
+
+  ImportedRig read;
   std::vector<CameraCalibration> cameras;
   std::string rig_name = options.name;
-  std::size_t num_references = 0;
-  auto intrinsics = intrinsics_by_id.begin();
-  for (std::size_t i = 0; i < entries.size(); ++i, ++intrinsics) {
-    const Json& entry = entries.at(i);
-    const std::string where =
-        fmt::format("{}: camera {} (counted from 0)", config_file.string(), i);
-    const bool is_reference = entry.has("ref_sensor") && entry.at("ref_sensor").boolean();
-    num_references += is_reference ? 1 : 0;
-    const auto [rig_of_prefix, name] = names_of(entry.at("image_prefix").string());
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (!camera_from_rig[i])
+      fail(ErrorKind::Input,
+           "{} has no cam_from_rig_rotation and cam_from_rig_translation (rel_qvec and rel_tvec up "
+           "to COLMAP 3.8), and is not the reference camera: nothing says where it is",
+           entries[i].where());
+    const auto [rig_of_prefix, name] = names_of(entries[i].at("image_prefix").json().string());
     if (rig_name.empty()) rig_name = rig_of_prefix;
-    cameras.push_back(
-        {.rig = "",
-         .name = name,
-         .intrinsics = intrinsics->second,
-         .rig_from_camera =
-             is_reference ? rig_from_reference
-                          : rig_from_reference * pose_of(entry, "cam_from_rig", where).inverse(),
-         .body_from_rig = {}});
+    cameras.push_back({.rig = "",
+                       .name = name,
+                       .intrinsics = read_intrinsics(entries[i], line_of[i]->second, read.ledger),
+                       .rig_from_camera = rig_from_reference * *camera_from_rig[reference] *
+                                          camera_from_rig[i]->inverse(),
+                       .body_from_rig = {}});
   }
-  if (num_references != 1)
-    fail(ErrorKind::Input, "{}: {} cameras say ref_sensor; one is wanted", config_file.string(),
-         num_references);
   if (rig_name.empty())
     rig_name = safe_name(fs::absolute(config_file).parent_path().filename().string());
-  return rig_of_cameras(rig_name, cameras);
+  if (const std::size_t num_others = lines.size() - entries.size(); num_others > 0)
+    read.ledger.ignore("cameras.txt: CAMERA_ID", "no camera of the rig has this camera_id",
+                       static_cast<std::int64_t>(num_others));
+  read.ledger.merge(config.ledger(kKnown));
+  read.rig = rig_of_cameras(rig_name, cameras);
+  return read;
 }
 
 /// COLMAP's name of a camera's model and its parameters there.
@@ -237,15 +358,24 @@ void write_colmap(const rigs::RigOptions& rig, const fs::path& folder) {
 }  // namespace
 
 RigFormatInfo colmap_rigs() {
-  return {.name = "colmap",
-          .summary = "A folder with COLMAP's cameras.txt and rig_config.json.",
-          .recognises =
-              [](const fs::path& path, std::string_view) {
-                return fs::is_directory(path) || path.filename() == "rig_config.json" ||
-                       path.filename() == "cameras.txt";
-              },
-          .read = read_colmap,
-          .write = write_colmap};
+  return {
+      .name = "colmap",
+      .summary = "A folder with COLMAP's cameras.txt and rig_config.json.",
+      .recognises =
+          [](const fs::path& path, std::string_view first_bytes) {
+            if (fs::is_directory(path))
+              return fs::exists(path / "rig_config.json") || fs::exists(path / "cameras.txt");
+            const bool is_of_rig = first_bytes.find("\"cameras\"") != std::string_view::npos ||
+                                   first_bytes.find("\"ref_camera_id\"") != std::string_view::npos;
+            return path.filename() == "rig_config.json" || path.filename() == "cameras.txt" ||
+                   (path.extension() == ".json" && is_of_rig);
+          },
+      .read = read_colmap,
+      .write = write_colmap,
+      .known =
+          [] {
+            return std::vector<core::KnownTable>{{"colmap", "members of rig_config.json", kKnown}};
+          }};
 }
 
 }  // namespace terracast::rigs

@@ -38,7 +38,7 @@ std::string line_of(const std::vector<std::string>& cells) {
   return fmt::format("{}\n", fmt::join(fields, ","));
 }
 
-rigs::RigOptions read_csv(const std::filesystem::path& path, const ReadOptions& options) {
+ImportedRig read_csv(const std::filesystem::path& path, const ReadOptions& options) {
   const geo::CsvTable table(path, separator_of(path));
   Sheet sheet{.file = path, .headings = table.column_names(), .rows = {}, .row_numbers = {}};
   for (std::size_t row = 0; row < table.num_rows(); ++row) {
@@ -60,13 +60,18 @@ void write_csv(const rigs::RigOptions& rig, const std::filesystem::path& path) {
 }  // namespace
 
 RigFormatInfo csv_rigs() {
-  return {.name = "csv",
-          .summary = "A table with a row a camera, separated by commas, semicolons or tabs.",
-          .is_table = true,
-          .recognises = [](const std::filesystem::path& path,
-                           std::string_view) { return path.extension() == ".csv"; },
-          .read = read_csv,
-          .write = write_csv};
+  return {
+      .name = "csv",
+      .summary = "A table with a row a camera, separated by commas, semicolons or tabs.",
+      .is_table = true,
+      .recognises = [](const std::filesystem::path& path,
+                       std::string_view) { return path.extension() == ".csv"; },
+      .read = read_csv,
+      .write = write_csv,
+      .known =
+          [] {
+            return std::vector<core::KnownTable>{{"csv", "headings of a table", known_headings()}};
+          }};
 }
 
 }  // namespace terracast::rigs

@@ -1,17 +1,19 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <optional>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "geo/frames.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 #include "rigs/yaml_file.h"
 
-// Kalibr's camchain: cam0, cam1, … each with its pose by T_cn_cnm1, from the camera before it, and T_cam_imu, from the IMU,
-// which is the rig here. Its pixels count from the first one's centre. Names are those of the topics.
-// https://github.com/ethz-asl/kalibr/wiki/yaml-formats
+// Kalibr's camchain and camchain-imucam: cam0, cam1, … each with its pose by T_cn_cnm1, from the camera before it, and
+// T_cam_imu, from the IMU, which is the rig here; OpenVINS's kalibr_imucam_chain has the inverse, T_imu_cam. Pixels count from
+// the first one's centre. Names are those of the topics.
+// https://github.com/ethz-asl/kalibr/wiki/yaml-formats, https://docs.openvins.com/gs-calibration.html
 namespace terracast::rigs {
 namespace {
 
@@ -28,27 +30,60 @@ struct KalibrModel {
   std::size_t num_coefficients;
   std::string_view model;
 };
+/// The first one of a model of ours is what it is written as.
 constexpr std::array kModels = {
     KalibrModel{"pinhole", "none", 0, 0, "pinhole"},
     KalibrModel{"pinhole", "radtan", 0, 4, "opencv"},
     KalibrModel{"pinhole", "equidistant", 0, 4, "opencv_fisheye"},
     KalibrModel{"pinhole", "fov", 0, 1, "fov"},
     KalibrModel{"omni", "radtan", 1, 4, "unified"},
+    KalibrModel{"omni", "none", 1, 0, "unified"},
     KalibrModel{"eucm", "none", 2, 0, "extended_unified"},
     KalibrModel{"ds", "none", 2, 0, "double_sphere"},
 };
+constexpr std::size_t kParametersOfUnified = 9;  // fx fy cx cy xi k1 k2 p1 p2
+
+constexpr std::array kKnown = {
+    core::KnownName{"camN", "a camera, N counted from 0"},
+    core::KnownName{"camN.camera_model", "pinhole, omni, eucm, ds"},
+    core::KnownName{"camN.distortion_model", "radtan, equidistant or equi, fov, none"},
+    core::KnownName{"camN.intrinsics", "the model's own, then fu fv pu pv"},
+    core::KnownName{"camN.distortion_coeffs", "of the distortion"},
+    core::KnownName{"camN.resolution", "width and height in pixels"},
+    core::KnownName{"camN.rostopic", "names of rig and camera"},
+    core::KnownName{"camN.T_cam_imu", "the camera's axes from the IMU's"},
+    core::KnownName{"camN.T_imu_cam", "the IMU's axes from the camera's"},
+    core::KnownName{"camN.T_cn_cnm1", "the camera's axes from those of the camera before it"},
+    core::KnownName{"camN.timeshift_cam_imu", "0: the clocks agree, as they do in a rig file"},
+    core::KnownName{"camN.cam_overlaps", "which cameras see the same follows from their poses",
+                    false},
+    core::KnownName{"imuN", "noise of an IMU, which a rig file does not hold", false},
+};
+
+std::string distortion_model_of(const YamlValue& camera) {
+  if (!camera.states("distortion_model")) return "none";
+  const std::string model = camera.at("distortion_model").text();
+  return model == "equi" ? "equidistant" : model;  // as Kalibr's command calls it
+}
+
+/// The coefficients of a distortion; of none also zeros in their place.
+std::vector<double> read_coefficients(const YamlValue& camera, std::size_t count) {
+  if (count > 0) return camera.at("distortion_coeffs").numbers(count);
+  if (camera.states("distortion_coeffs"))
+    for (const double value : camera.at("distortion_coeffs").numbers())
+      if (value != 0.0)
+        fail(ErrorKind::Input, "{}: {} beside a distortion_model none; state the model, or zeros",
+             camera.at("distortion_coeffs").where(), value);
+  return {};
+}
 
 geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
   const std::string camera_model = camera.at("camera_model").text();
-  const std::string distortion_model =
-      camera.has("distortion_model") ? camera.at("distortion_model").text() : "none";
+  const std::string distortion_model = distortion_model_of(camera);
   for (const KalibrModel& known : kModels) {
     if (known.camera_model != camera_model || known.distortion_model != distortion_model) continue;
     const std::vector<double> given = camera.at("intrinsics").numbers(known.num_leading + 4);
-    const std::vector<double> coefficients =
-        known.num_coefficients == 0
-            ? std::vector<double>{}
-            : camera.at("distortion_coeffs").numbers(known.num_coefficients);
+    const std::vector<double> coefficients = read_coefficients(camera, known.num_coefficients);
     const std::vector<YamlValue> resolution = camera.at("resolution").items();
     if (resolution.size() != 2)
       fail(ErrorKind::Input, "{} has {} numbers; it takes 2", camera.at("resolution").where(),
@@ -63,6 +98,7 @@ geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
     intrinsics.parameters.insert(intrinsics.parameters.end(), given.begin(), focal);
     intrinsics.parameters.insert(intrinsics.parameters.end(), coefficients.begin(),
                                  coefficients.end());
+    if (known.model == "unified") intrinsics.parameters.resize(kParametersOfUnified, 0.0);
     return intrinsics;
   }
   std::vector<std::string> known;
@@ -72,47 +108,143 @@ geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
        camera.where(), camera_model, distortion_model, fmt::join(known, ", "));
 }
 
-/// "/rig/name/image_raw" holds a rig's and a camera's name; other topics their own.
-std::pair<std::string, std::string> names_of(const YamlValue& camera, const std::string& key) {
-  if (!camera.has("rostopic")) return {"", key};
-  std::string topic = camera.at("rostopic").text();
-  for (const std::string_view ending : {"/image_raw", "/image_rect", "/image_mono", "/image_color"})
-    if (topic.ends_with(ending)) topic.resize(topic.size() - ending.size());
-  if (topic.starts_with('/')) topic.erase(0, 1);
-  const std::size_t slash = topic.rfind('/');
-  if (topic.empty()) return {"", key};
-  if (slash == std::string::npos) return {"", safe_name(topic)};
-  return {safe_name(topic.substr(0, slash)), safe_name(topic.substr(slash + 1))};
+struct ChainCamera {
+  int number;
+  YamlValue value;
+  std::optional<geo::Rigid3d> imu_from_camera;
+  std::optional<geo::Rigid3d> camera_from_previous;
+};
+
+/// The number of "cam3"; other keys are no cameras.
+std::optional<int> camera_number(std::string_view key) {
+  constexpr std::size_t kMostDigits = 4;
+  if (!key.starts_with("cam")) return std::nullopt;
+  key.remove_prefix(3);
+  if (key.empty() || key.size() > kMostDigits ||
+      key.find_first_not_of("0123456789") != std::string_view::npos)
+    return std::nullopt;
+  int number = 0;
+  for (const char digit : key) number = 10 * number + (digit - '0');
+  return number;
 }
 
-rigs::RigOptions read_kalibr(const std::filesystem::path& path, const ReadOptions& options) {
-  const YamlValue chain = YamlValue::read(path);
-  std::vector<CameraCalibration> cameras;
-  std::string rig_name = options.name;
-  for (const std::string& key : chain.keys()) {
-    if (!key.starts_with("cam")) continue;
-    const YamlValue camera = chain.at(key);
-    const auto [rig, name] = names_of(camera, key);
-    if (rig_name.empty()) rig_name = rig;
-    geo::Rigid3d rig_from_camera;
-    if (camera.has("T_cam_imu")) {
-      rig_from_camera = camera.at("T_cam_imu").rigid().inverse();
-    } else if (cameras.empty()) {
-      // Nothing says where it is: it looks forward from the rig's origin.
-      rig_from_camera.rotation = Eigen::Quaterniond(geo::rig_from_forward_camera());
-    } else {
-      rig_from_camera = cameras.back().rig_from_camera * camera.at("T_cn_cnm1").rigid().inverse();
-    }
-    cameras.push_back({.rig = "",
-                       .name = name,
-                       .intrinsics = read_intrinsics(camera),
-                       .rig_from_camera = rig_from_camera,
-                       .body_from_rig = {}});
+/// Whether two transforms differ by more than what prints and rounds them.
+bool differ(const geo::Rigid3d& a, const geo::Rigid3d& b) {
+  constexpr double kPrinted =
+      1e-3;  // as YamlValue::rigid takes rotations; in metres as good as such rigs are known
+  return (a.rotation.toRotationMatrix() - b.rotation.toRotationMatrix()).norm() > kPrinted ||
+         (a.translation - b.translation).norm() > kPrinted;
+}
+
+std::optional<geo::Rigid3d> read_imu_from_camera(const YamlValue& camera) {
+  std::optional<geo::Rigid3d> pose;
+  if (camera.states("T_cam_imu")) pose = camera.at("T_cam_imu").rigid().inverse();
+  if (camera.states("T_imu_cam")) {
+    const geo::Rigid3d other = camera.at("T_imu_cam").rigid();
+    if (pose && differ(*pose, other))
+      fail(ErrorKind::Input,
+           "{} is not the inverse of the T_cam_imu beside it; leave out the wrong one",
+           camera.at("T_imu_cam").where());
+    pose = other;
   }
-  if (cameras.empty())
+  return pose;
+}
+
+/// The cameras by their numbers; a chain's file has cam10 before cam2.
+std::vector<ChainCamera> read_chain(const YamlValue& chain) {
+  std::vector<ChainCamera> cameras;
+  for (const std::string& key : chain.keys())
+    if (const std::optional<int> number = camera_number(key)) {
+      const YamlValue camera = chain.at(key);
+      ChainCamera& read =
+          cameras.emplace_back(ChainCamera{*number, camera, read_imu_from_camera(camera), {}});
+      if (camera.states("T_cn_cnm1")) read.camera_from_previous = camera.at("T_cn_cnm1").rigid();
+    }
+  std::sort(cameras.begin(), cameras.end(),
+            [](const ChainCamera& a, const ChainCamera& b) { return a.number < b.number; });
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (cameras[i].camera_from_previous &&
+        (i == 0 || cameras[i - 1].number + 1 != cameras[i].number)) {
+      cameras[i].camera_from_previous.reset();
+      cameras[i].value.at("T_cn_cnm1").pass_over("the camera numbered one less is not there");
+    }
+  return cameras;
+}
+
+/// Goes along the chain from the cameras whose poses are known to those that have none, both ways; a chain without an
+/// IMU stands on its first camera.
+void place(std::vector<ChainCamera>& cameras) {
+  const auto is_placed = [](const ChainCamera& camera) {
+    return camera.imu_from_camera.has_value();
+  };
+  if (std::none_of(cameras.begin(), cameras.end(), is_placed))
+    cameras[0].imu_from_camera = rig_from_rdf();
+  for (std::size_t i = 1; i < cameras.size(); ++i) {
+    const ChainCamera& before = cameras[i - 1];
+    ChainCamera& camera = cameras[i];
+    if (!before.imu_from_camera || !camera.camera_from_previous) continue;
+    const geo::Rigid3d by_chain = *before.imu_from_camera * camera.camera_from_previous->inverse();
+    if (!camera.imu_from_camera)
+      camera.imu_from_camera = by_chain;
+    else if (differ(by_chain, *camera.imu_from_camera))
+      camera.value.at("T_cn_cnm1")
+          .misunderstand("another pose than that by the IMU, which is taken");
+  }
+  for (std::size_t i = cameras.size(); i-- > 1;)
+    if (!cameras[i - 1].imu_from_camera && cameras[i].imu_from_camera &&
+        cameras[i].camera_from_previous)
+      cameras[i - 1].imu_from_camera =
+          *cameras[i].imu_from_camera * *cameras[i].camera_from_previous;
+  for (const ChainCamera& camera : cameras)
+    if (!camera.imu_from_camera)
+      fail(ErrorKind::Input,
+           "{}: nothing says where it is: give it T_cam_imu, or T_cn_cnm1 from the camera numbered "
+           "one less",
+           camera.value.where());
+}
+
+void read_clock(const YamlValue& camera) {
+  if (!camera.states("timeshift_cam_imu")) return;
+  const YamlValue shift = camera.at("timeshift_cam_imu");
+  if (shift.number() != 0.0)
+    shift.pass_over(
+        "the camera's stamps plus this are the IMU's time, in s; a rig file holds no camera's "
+        "clock offset, only errors.clock_offset_sd_s, from which it is drawn");
+}
+
+ImportedRig read_kalibr(const std::filesystem::path& path, const ReadOptions& options) {
+  const YamlValue chain = YamlValue::read(path);
+  std::vector<ChainCamera> chained = read_chain(chain);
+  if (chained.empty())
     fail(ErrorKind::Input, "{}: no camera; a camchain of Kalibr has maps called cam0, cam1, …",
          path.string());
-  return rig_of_cameras(rig_name.empty() ? safe_name(path.stem().string()) : rig_name, cameras);
+  place(chained);
+  std::vector<CameraCalibration> cameras;
+  std::vector<std::string> keys;
+  std::string rig_name = options.name;
+  for (const ChainCamera& camera : chained) {
+    const auto [rig, name] =
+        names_of_topic(camera.value.states("rostopic") ? camera.value.at("rostopic").text() : "");
+    if (rig_name.empty()) rig_name = rig;
+    keys.push_back(fmt::format("cam{}", camera.number));
+    read_clock(camera.value);
+    cameras.push_back({.rig = "",
+                       .name = name.empty() ? keys.back() : name,
+                       .intrinsics = read_intrinsics(camera.value),
+                       .rig_from_camera = *camera.imu_from_camera,
+                       .body_from_rig = {}});
+  }
+  name_apart(cameras, keys);
+  return {rig_of_cameras(rig_name.empty() ? safe_name(path.stem().string()) : rig_name, cameras),
+          chain.ledger(kKnown, KeyRecord::numbered_name_of)};
+}
+
+bool recognises_kalibr(const std::filesystem::path& path, std::string_view) {
+  const auto file = yaml_map_of(path);
+  if (file == nullptr) return false;
+  const std::vector<std::string> keys = file->keys();
+  return std::any_of(keys.begin(), keys.end(),
+                     [](const std::string& key) { return camera_number(key).has_value(); });
 }
 
 std::string rows_text(const geo::Rigid3d& transform) {
@@ -167,14 +299,13 @@ void write_kalibr(const rigs::RigOptions& rig, const std::filesystem::path& path
 
 RigFormatInfo kalibr_rigs() {
   return {.name = "kalibr",
-          .summary = "A camchain of Kalibr (YAML).",
-          .recognises =
-              [](const std::filesystem::path& path, std::string_view first_bytes) {
-                return (path.extension() == ".yaml" || path.extension() == ".yml") &&
-                       !first_bytes.starts_with("%YAML:");
-              },
+          .summary = "A camchain of Kalibr, or of OpenVINS (YAML).",
+          .recognises = recognises_kalibr,
           .read = read_kalibr,
-          .write = write_kalibr};
+          .write = write_kalibr,
+          .known = [] {
+            return std::vector<core::KnownTable>{{"kalibr", "keys of a camchain", kKnown}};
+          }};
 }
 
 }  // namespace terracast::rigs

@@ -5,7 +5,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "geo/frames.h"
+#include "rigs/opencv_lens.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 #include "rigs/yaml_file.h"
@@ -33,77 +33,122 @@ constexpr std::array kModels = {
     OpencvModel{"opencv_fisheye", 4, true},
 };
 
-/// The numbers of a matrix of OpenCV's, row by row.
-std::vector<double> matrix_of(const YamlValue& value, std::size_t count) {
-  return value.at("data").numbers(count);
+constexpr std::array kKnown = {
+    core::KnownName{"rig", "the rig's name"},
+    core::KnownName{"cameras", "the cameras, where a file has several"},
+    core::KnownName{"cameras[].name", "the camera's name"},
+    core::KnownName{"cameras[].image_width", "width in pixels"},
+    core::KnownName{"cameras[].image_height", "height in pixels"},
+    core::KnownName{"cameras[].fisheye_model", "whether the coefficients are a fisheye's"},
+    core::KnownName{"cameras[].distortion_model",
+                    "instead: plumb_bob, rational_polynomial, equidistant, fisheye, none"},
+    core::KnownName{"cameras[].camera_matrix", "focal lengths and principal point"},
+    core::KnownName{"cameras[].camera_matrix.rows", "3"},
+    core::KnownName{"cameras[].camera_matrix.cols", "3"},
+    core::KnownName{"cameras[].camera_matrix.dt", "type of the numbers"},
+    core::KnownName{"cameras[].camera_matrix.data", "row by row"},
+    core::KnownName{"cameras[].distortion_coefficients", "k1 k2 p1 p2 and on"},
+    core::KnownName{"cameras[].distortion_coefficients.rows", "their number, or 1"},
+    core::KnownName{"cameras[].distortion_coefficients.cols", "1, or their number"},
+    core::KnownName{"cameras[].distortion_coefficients.dt", "type of the numbers"},
+    core::KnownName{"cameras[].distortion_coefficients.data", "the numbers"},
+    core::KnownName{"cameras[].R", "rotation of the rig's axes to the camera's"},
+    core::KnownName{"cameras[].R.rows", "3"},
+    core::KnownName{"cameras[].R.cols", "3"},
+    core::KnownName{"cameras[].R.dt", "type of the numbers"},
+    core::KnownName{"cameras[].R.data", "row by row"},
+    core::KnownName{"cameras[].T", "the rig's origin in the camera's axes"},
+    core::KnownName{"cameras[].T.rows", "3, or 1"},
+    core::KnownName{"cameras[].T.cols", "1, or 3"},
+    core::KnownName{"cameras[].T.dt", "type of the numbers"},
+    core::KnownName{"cameras[].T.data", "the numbers"},
+    // What OpenCV's samples write beside, of one camera at the top.
+    core::KnownName{"calibration_time", "when the images were looked at", false},
+    core::KnownName{"nframes", "of how many images it was calibrated", false},
+    core::KnownName{"nr_of_frames", "of how many images it was calibrated", false},
+    core::KnownName{"board_width", "of the calibration's target", false},
+    core::KnownName{"board_height", "of the calibration's target", false},
+    core::KnownName{"square_size", "of the calibration's target", false},
+    core::KnownName{"marker_size", "of the calibration's target", false},
+    core::KnownName{"aspectRatio", "the camera matrix has it", false},
+    core::KnownName{"fix_aspect_ratio", "how it was calibrated", false},
+    core::KnownName{"flags", "how it was calibrated", false},
+    core::KnownName{"fisheye_flags", "how it was calibrated", false},
+    core::KnownName{"avg_reprojection_error", "how good the calibration was", false},
+    core::KnownName{"per_view_reprojection_errors", "how good the calibration was", false},
+    core::KnownName{"extrinsic_parameters", "where the camera stood for the calibration", false},
+    core::KnownName{"image_points", "what the calibration saw", false},
+    core::KnownName{"grid_points", "of the calibration's target", false},
+};
+
+/// A camera's keys have one name, whether it stands at the top or in the list.
+std::string name_of(const KeyRecord::Path& path) {
+  const std::string name = KeyRecord::name_of(path);
+  const std::string as_item = "cameras[]." + name;
+  return core::find_known(kKnown, as_item) != nullptr ? as_item : name;
+}
+
+std::string where_of(const YamlValue& camera, std::string_view key) {
+  return camera.has(key) ? camera.at(key).where() : camera.where();
+}
+
+/// OpenCV's samples have a flag, others a name.
+bool read_is_fisheye(const YamlValue& camera, const std::vector<double>& coefficients) {
+  const bool has_flag = camera.has("fisheye_model"), has_name = camera.states("distortion_model");
+  const bool by_flag = has_flag && camera.at("fisheye_model").number() != 0.0;
+  if (!has_name) return by_flag;
+  const YamlValue name = camera.at("distortion_model");
+  const bool by_name = is_fisheye_model(name.text(), coefficients, name.where());
+  if (has_flag && by_flag != by_name)
+    fail(ErrorKind::Input, "{}: {}, but fisheye_model says otherwise; leave out the wrong one",
+         name.where(), name.text());
+  return by_name;
 }
 
 geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
-  const std::vector<double> k = matrix_of(camera.at("camera_matrix"), 9);
-  if (k[1] != 0.0 || k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0 || k[8] != 1.0)
-    fail(ErrorKind::Input,
-         "{}: {} {} {} / {} {} {} / {} {} {} is no camera matrix fx 0 cx / 0 fy cy / 0 0 1",
-         camera.at("camera_matrix").where(), k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8]);
-  std::vector<double> coefficients;
+  OpencvLens lens{.camera_matrix = camera.at("camera_matrix").matrix(9),
+                  .coefficients = {},
+                  .is_fisheye = false,
+                  .width_px = camera.at("image_width").size_px(),
+                  .height_px = camera.at("image_height").size_px()};
   if (camera.has("distortion_coefficients"))
-    coefficients = matrix_of(camera.at("distortion_coefficients"), 0);
-  const bool is_fisheye = camera.has("fisheye_model") && camera.at("fisheye_model").number() != 0.0;
-  if (!is_fisheye) {
-    if (coefficients.size() == 5) coefficients.resize(8, 0.0);
-    if (std::all_of(coefficients.begin(), coefficients.end(), [](double c) { return c == 0.0; }))
-      coefficients.clear();
-    if (coefficients.size() == 8 && std::all_of(coefficients.begin() + 4, coefficients.end(),
-                                                [](double c) { return c == 0.0; }))
-      coefficients.resize(4);
-  }
-  for (const OpencvModel& known : kModels) {
-    if (known.num_coefficients != coefficients.size() || known.is_fisheye != is_fisheye) continue;
-    geo::CameraIntrinsics intrinsics{
-        .model = std::string(known.model),
-        .width_px = camera.at("image_width").size_px(),
-        .height_px = camera.at("image_height").size_px(),
-        .parameters = {k[0], k[4], k[2] + kCentreOfFirstPixel_px, k[5] + kCentreOfFirstPixel_px}};
-    intrinsics.parameters.insert(intrinsics.parameters.end(), coefficients.begin(),
-                                 coefficients.end());
-    return intrinsics;
-  }
-  fail(ErrorKind::Input,
-       "{}: {} distortion coefficients; OpenCV has 4, 5 or 8, of a fisheye 4 (more are not known "
-       "here)",
-       camera.at("distortion_coefficients").where(), coefficients.size());
+    lens.coefficients = camera.at("distortion_coefficients").matrix();
+  lens.is_fisheye = read_is_fisheye(camera, lens.coefficients);
+  return intrinsics_of_opencv(lens, camera.at("camera_matrix").where(),
+                              where_of(camera, "distortion_coefficients"));
 }
 
 CameraCalibration read_camera(const YamlValue& camera, const std::string& name) {
   geo::Rigid3d camera_from_rdf;
   if (camera.has("R") || camera.has("T"))
-    camera_from_rdf =
-        camera.at("R").rigid(matrix_of(camera.at("R"), 9), matrix_of(camera.at("T"), 3));
-  const geo::Rigid3d rig_from_rdf{.rotation = Eigen::Quaterniond(geo::rig_from_rdf()).normalized(),
-                                  .translation = Eigen::Vector3d::Zero()};
+    camera_from_rdf = camera.at("R").rigid(camera.at("R").matrix(9), camera.at("T").matrix(3));
   return {.rig = "",
           .name = name,
           .intrinsics = read_intrinsics(camera),
-          .rig_from_camera = rig_from_rdf * camera_from_rdf.inverse(),
+          .rig_from_camera = rig_from_rdf() * camera_from_rdf.inverse(),
           .body_from_rig = {}};
 }
 
-rigs::RigOptions read_opencv(const std::filesystem::path& path, const ReadOptions& options) {
+ImportedRig read_opencv(const std::filesystem::path& path, const ReadOptions& options) {
   const YamlValue file = YamlValue::read(path);
   std::string rig_name = options.name;
-  if (rig_name.empty() && file.has("rig")) rig_name = safe_name(file.at("rig").text());
+  if (file.has("rig")) {
+    const std::string name = safe_name(file.at("rig").text());
+    if (rig_name.empty()) rig_name = name;
+  }
   if (rig_name.empty()) rig_name = safe_name(path.stem().string());
   std::vector<CameraCalibration> cameras;
-  if (!file.has("cameras")) {
-    if (!file.has("camera_matrix"))
-      fail(ErrorKind::Input, "{}: neither a list cameras nor a camera_matrix", path.string());
+  if (file.has("cameras")) {
+    for (const YamlValue& camera : file.at("cameras").items())
+      cameras.push_back(read_camera(camera, camera.has("name")
+                                                ? safe_name(camera.at("name").text())
+                                                : fmt::format("cam{}", cameras.size())));
+  } else if (file.has("camera_matrix")) {
     cameras.push_back(read_camera(file, "cam0"));
-    return rig_of_cameras(rig_name, cameras);
+  } else {
+    fail(ErrorKind::Input, "{}: neither a list cameras nor a camera_matrix", path.string());
   }
-  for (const YamlValue& camera : file.at("cameras").items())
-    cameras.push_back(read_camera(camera, camera.has("name")
-                                              ? safe_name(camera.at("name").text())
-                                              : fmt::format("cam{}", cameras.size())));
-  return rig_of_cameras(rig_name, cameras);
+  return {rig_of_cameras(rig_name, cameras), file.ledger(kKnown, name_of)};
 }
 
 std::string matrix_text(const std::string& key, int num_rows, int num_columns,
@@ -128,10 +173,8 @@ std::string camera_text(const CameraCalibration& camera) {
   const std::vector<double>& p = intrinsics.parameters;
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (coefficients.empty()) coefficients.resize(4, 0.0);
-  const geo::Rigid3d rdf_from_rig{
-      .rotation = Eigen::Quaterniond(geo::rig_from_rdf()).normalized().conjugate(),
-      .translation = Eigen::Vector3d::Zero()};
-  const geo::Rigid3d camera_from_rdf = (rdf_from_rig * camera.rig_from_camera).inverse();
+  const geo::Rigid3d camera_from_rdf =
+      (rig_from_rdf().inverse() * camera.rig_from_camera).inverse();
   const Eigen::Matrix3d r = camera_from_rdf.rotation.toRotationMatrix();
   const Eigen::Vector3d& t = camera_from_rdf.translation;
   return fmt::format(
@@ -161,12 +204,20 @@ RigFormatInfo opencv_rigs() {
   return {.name = "opencv",
           .summary = "YAML of OpenCV's FileStorage, with the names of its calibration samples.",
           .recognises =
-              [](const std::filesystem::path& path, std::string_view first_bytes) {
-                return (path.extension() == ".yaml" || path.extension() == ".yml") &&
-                       first_bytes.starts_with("%YAML:");
+              [](const std::filesystem::path& path, std::string_view) {
+                const auto file = yaml_map_of(path);
+                if (file == nullptr) return false;
+                const bool is_of_ros = file->has("distortion_model") || file->has("camera_model") ||
+                                       file->has("rectification_matrix") ||
+                                       file->has("projection_matrix");
+                return (file->has("camera_matrix") && !is_of_ros) || file->has("cameras");
               },
           .read = read_opencv,
-          .write = write_opencv};
+          .write = write_opencv,
+          .known =
+              [] {
+                return std::vector<core::KnownTable>{{"opencv", "keys of a file", kKnown}};
+              }};
 }
 
 }  // namespace terracast::rigs

@@ -1,6 +1,7 @@
 #include <zip.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -103,7 +104,11 @@ std::string target_of(const pugi::xml_document& relations, const std::string& id
   return {};
 }
 
-std::string first_sheet(zip_t* archive, const std::string& file) {
+constexpr std::array kSheets = {
+    core::KnownName{"sheet: *", "a rig is read from the first sheet of a workbook", false}};
+
+/// The part of the first sheet; the others are counted.
+std::string first_sheet(zip_t* archive, const std::string& file, core::Ledger& ledger) {
   const std::optional<std::string> workbook_text = read_part(archive, "xl/workbook.xml", file);
   const std::optional<std::string> relations_text =
       read_part(archive, "xl/_rels/workbook.xml.rels", file);
@@ -113,7 +118,11 @@ std::string first_sheet(zip_t* archive, const std::string& file) {
   pugi::xml_document workbook, relations;
   parse_part(*workbook_text, "xl/workbook.xml", file, workbook);
   parse_part(*relations_text, "xl/_rels/workbook.xml.rels", file, relations);
-  const pugi::xml_node sheet = child_of(child_of(workbook.document_element(), "sheets"), "sheet");
+  const pugi::xml_node sheets = child_of(workbook.document_element(), "sheets");
+  const pugi::xml_node sheet = child_of(sheets, "sheet");
+  for (const pugi::xml_node& other : sheets.children())
+    if (local_name(other.name()) == "sheet" && other != sheet)
+      ledger.count("sheet: " + attribute_of(other, "name"), kSheets);
   const std::string part = target_of(relations, attribute_of(sheet, "id"));
   if (part.empty()) fail(ErrorKind::Input, "{}: its workbook names no sheet", file);
   return part;
@@ -203,7 +212,7 @@ std::map<std::size_t, Row> cells_of(const pugi::xml_document& document,
   return rows;
 }
 
-rigs::RigOptions read_xlsx(const std::filesystem::path& path, const ReadOptions& options) {
+ImportedRig read_xlsx(const std::filesystem::path& path, const ReadOptions& options) {
   const std::string file = path.string();
   const std::vector<std::byte> bytes = core::read_file(path, kMostFileBytes);
   zip_error_t error;
@@ -217,7 +226,8 @@ rigs::RigOptions read_xlsx(const std::filesystem::path& path, const ReadOptions&
     zip_source_free(source);
     fail(ErrorKind::Input, "{}: no zip archive, so no Excel workbook (.xlsx): {}", file, reason);
   }
-  const std::string part = first_sheet(archive.get(), file);
+  core::Ledger ledger;
+  const std::string part = first_sheet(archive.get(), file, ledger);
   const std::optional<std::string> text = read_part(archive.get(), part, file);
   if (!text) fail(ErrorKind::Input, "{}: its sheet {} is not there", file, part);
   pugi::xml_document document;
@@ -240,7 +250,9 @@ rigs::RigOptions read_xlsx(const std::filesystem::path& path, const ReadOptions&
       sheet.row_numbers.push_back(number + 1);
     }
   }
-  return rig_of_sheet(sheet, options);
+  ImportedRig read = rig_of_sheet(sheet, options);
+  read.ledger.merge(ledger);
+  return read;
 }
 
 std::string escaped(const std::string& text) {
@@ -344,7 +356,13 @@ RigFormatInfo xlsx_rigs() {
           .recognises = [](const std::filesystem::path& path,
                            std::string_view) { return path.extension() == ".xlsx"; },
           .read = read_xlsx,
-          .write = write_xlsx};
+          .write = write_xlsx,
+          .known =
+              [] {
+                return std::vector<core::KnownTable>{
+                    {"xlsx", "headings of a sheet", known_headings()},
+                    {"xlsx", "sheets of a workbook", kSheets}};
+              }};
 }
 
 }  // namespace terracast::rigs

@@ -44,7 +44,7 @@ Parts workbook(const std::string& sheet, const std::string& shared = "") {
 }
 
 rigs::RigOptions read_xlsx(const fs::path& file) {
-  return core::find_registered(rig_formats(), "format", "xlsx").read(file, {});
+  return core::find_registered(rig_formats(), "format", "xlsx").read(file, {}).rig;
 }
 
 TEST(RigXlsx, ReadsSharedTextRunsGapsAndFormulas) {

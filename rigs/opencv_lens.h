@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geo/camera_model.h"
+
+namespace terracast::rigs {
+
+/// A camera as OpenCV's functions take it.
+struct OpencvLens {
+  std::vector<double> camera_matrix;  ///< fx 0 cx / 0 fy cy / 0 0 1, row by row; pixels count from
+                                      ///< the first one's centre
+  std::vector<double> coefficients;   ///< k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]], of a
+                                      ///< fisheye k1 k2 k3 k4
+  bool is_fisheye = false;
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// Our model of a lens: the smallest of pinhole, opencv and full_opencv that holds its coefficients, or opencv_fisheye.
+/// where_matrix, where_coefficients   name the file, line and key
+/// throws   Input: another matrix, as of a skewed sensor; another number of coefficients; thin prisms or a tilted
+///          sensor, which no model has
+geo::CameraIntrinsics intrinsics_of_opencv(const OpencvLens& lens, std::string_view where_matrix,
+                                           std::string_view where_coefficients);
+
+/// Whether a distortion model, by the names that ROS has for OpenCV's, is a fisheye's; "" is plumb_bob.
+/// throws   Input: it is not known, or "none" beside coefficients that are not 0
+bool is_fisheye_model(std::string_view name, const std::vector<double>& coefficients,
+                      std::string_view where);
+
+}  // namespace terracast::rigs
