@@ -26,35 +26,61 @@ std::vector<PlacedFix> with_time(const std::vector<PlacedFix>& fixes, CleaningCo
   return timed;
 }
 
+using IsSame = bool (*)(const PlacedFix&, const PlacedFix&);
+
+bool is_same_place(const PlacedFix& a, const PlacedFix& b) {
+  return a.position_world == b.position_world;
+}
+bool is_same_but_for_height(const PlacedFix& a, const PlacedFix& b) { return a.held == b.held; }
+
+double median_of(std::vector<double> values) {
+  constexpr std::size_t kFewest = 2;
+  if (values.size() < kFewest) return 0.0;
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 /// Median time between fixes at which the place changes; 0 where it changes less than twice.
-double median_change_s(const std::vector<PlacedFix>& fixes) {
+double median_change_s(const std::vector<PlacedFix>& fixes, IsSame is_same) {
   std::vector<double> between_s;
   std::size_t last_change = 0;
   for (std::size_t i = 1; i < fixes.size(); ++i) {
-    if (fixes[i].position_world == fixes[i - 1].position_world) continue;
+    if (is_same(fixes[i], fixes[i - 1])) continue;
     const double since_s = fixes[i].time_s - fixes[last_change].time_s;
     if (since_s > kLeastStep_s) between_s.push_back(since_s);
     last_change = i;
   }
-  if (between_s.size() < 2) return 0.0;
-  const auto middle = between_s.begin() + static_cast<long>(between_s.size() / 2);
-  std::nth_element(between_s.begin(), middle, between_s.end());
-  return *middle;
+  return median_of(std::move(between_s));
+}
+
+/// Whether the receiver is slower than the recorder: then a barometer may change the height of a place that is held.
+bool is_receiver_slower(const std::vector<PlacedFix>& fixes) {
+  constexpr double kSlower = 1.5;
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < fixes.size(); ++i)
+    if (fixes[i].time_s - fixes[i - 1].time_s > kLeastStep_s)
+      steps_s.push_back(fixes[i].time_s - fixes[i - 1].time_s);
+  return median_change_s(fixes, is_same_but_for_height) > kSlower * median_of(std::move(steps_s));
 }
 
 // A recorder that is faster than its receiver writes each place again until the next comes; only its
 // first is a fix. What stands still longer than hold_s is taken to stand still.
 std::vector<std::size_t> without_repeats(const std::vector<PlacedFix>& fixes,
                                          const CleaningOptions& options, CleaningCounts& counts) {
+  const IsSame is_same = is_receiver_slower(fixes) ? is_same_but_for_height : is_same_place;
   const double hold_s =
-      std::min(options.hold_s > 0.0 ? options.hold_s : 3.0 * median_change_s(fixes),
+      std::min(options.hold_s > 0.0 ? options.hold_s : 3.0 * median_change_s(fixes, is_same),
                0.5 * options.max_gap_s);
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < fixes.size(); ++i) {
-    const bool is_repeat = !kept.empty() && !fixes[i].starts_part &&
-                           fixes[i].position_world == fixes[kept.back()].position_world &&
-                           fixes[i].time_s - fixes[kept.back()].time_s < hold_s;
-    if (is_repeat)
+    const auto is_repeat = [&](std::size_t before) {
+      const double since_s = fixes[i].time_s - fixes[before].time_s;
+      // A row that was written twice is a repeat, whatever hold_s is.
+      return !fixes[i].starts_part && is_same(fixes[i], fixes[before]) &&
+             (since_s < hold_s || std::abs(since_s) < kLeastStep_s);
+    };
+    if (!kept.empty() && is_repeat(kept.back()))
       ++counts.num_repeated;
     else
       kept.push_back(i);
@@ -106,6 +132,10 @@ class LongestChain {
   const CleaningOptions& options_;
 };
 
+bool is_at_once(const PlacedFix& a, const PlacedFix& b) {
+  return std::abs(a.time_s - b.time_s) < kLeastStep_s;
+}
+
 void count_dropped(const std::vector<PlacedFix>& fixes, const std::vector<std::size_t>& candidates,
                    const std::vector<std::size_t>& chain, CleaningCounts& counts) {
   std::size_t next = 0;
@@ -117,7 +147,11 @@ void count_dropped(const std::vector<PlacedFix>& fixes, const std::vector<std::s
     const bool is_late = next > 0 && fixes[i].time_s < fixes[chain[next - 1]].time_s + kLeastStep_s;
     const bool is_early =
         next < chain.size() && fixes[i].time_s > fixes[chain[next]].time_s - kLeastStep_s;
-    ++(is_late || is_early ? counts.num_out_of_order : counts.num_impossible);
+    const bool is_of_same_time = (next > 0 && is_at_once(fixes[i], fixes[chain[next - 1]])) ||
+                                 (next < chain.size() && is_at_once(fixes[i], fixes[chain[next]]));
+    ++(is_of_same_time       ? counts.num_of_same_time
+       : is_late || is_early ? counts.num_out_of_order
+                             : counts.num_impossible);
   }
 }
 

@@ -1,7 +1,10 @@
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
+#include "geo/fixes/angles.h"
 #include "geo/fixes/csv_table.h"
+#include "geo/fixes/csv_times.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/text.h"
 #include "geo/fixes/units.h"
@@ -17,23 +20,21 @@ class CsvFixes final : public FixFormat {
   void describe(core::SchemaVisitor& visit) override {
     visit.key("separator", separator_, "What stands between fields.",
               core::one_of({",", ";", "tab"}));
+    visit.key("decimal_sign", decimal_sign_,
+              "What stands between a number's whole and its fraction.", core::one_of({".", ","}));
     visit.key("frame", frame_,
               "What place_columns hold: latitude, longitude, height; or x, y, z fixed to the Earth "
               "(ECEF); or x, y, z about `origin`.",
               core::one_of({"geodetic", "ecef", "local"}));
-    visit.key("place_columns", place_columns_, "Names of the three columns of the place, in order.",
-              core::size_of(3));
-    visit.key("angle_unit", angle_unit_, "Of latitude and longitude.",
-              core::one_of({"deg", "rad"}));
+    visit.key("place_columns", place_columns_,
+              "Names of the three columns of the place, in order; of latitude and longitude alone "
+              "where the table has no heights, with above = \"ground\".",
+              core::Constraint{.min_size = 2, .max_size = 3});
+    visit.key("angle_unit", angle_unit_,
+              "Of latitude and longitude; dms: written like 46\u00B0 30' 12.5\" N.",
+              core::one_of({"deg", "rad", "dms"}));
     visit.key("length_unit", length_unit_, "Of heights, or of x, y, z.", core::one_of({"m", "ft"}));
-    visit.key("time_column", time_column_, "Name of the column of times.");
-    visit.key("time_unit", time_unit_,
-              "Numbers from any zero (s, ms, us, ns) or from 1970 UTC (unix_s, unix_ms, unix_ns); "
-              "text: dates like 2025-06-21T10:00:00Z.",
-              core::one_of({"s", "ms", "us", "ns", "unix_s", "unix_ms", "unix_ns", "text"}));
-    visit.key("utc_offset_h", utc_offset_h_,
-              "Hours by which dates without a zone of their own are ahead of UTC.",
-              core::between(-14.0, 14.0));
+    times_.describe(visit);
     visit.key("attitude_columns", attitude_columns_,
               "Names of the columns of a quaternion w, x, y, z, or of the angles yaw, pitch, roll "
               "about z, then y, then x; empty: no attitude.");
@@ -59,6 +60,13 @@ class CsvFixes final : public FixFormat {
   }
 
   void validate() const override {
+    if (place_columns_.size() == 2 && frame_ != "geodetic")
+      fail(ErrorKind::Config, "place_columns names 2 columns; frame = \"{}\" takes 3: x, y, z",
+           frame_);
+    if (separator_ == "," && decimal_sign_ == ",")
+      fail(ErrorKind::Config,
+           "decimal_sign = \",\" and separator = \",\" are one sign; such tables have separator = "
+           "\";\" or \"tab\"");
     if (!attitude_columns_.empty() && attitude_columns_.size() != 3 &&
         attitude_columns_.size() != 4)
       fail(ErrorKind::Config,
@@ -79,28 +87,51 @@ class CsvFixes final : public FixFormat {
     return frame_ == "local" ? FixFrame::Local : FixFrame::Geodetic;
   }
 
-  FixTable read(const std::filesystem::path& file, const std::string&) const override {
-    const CsvTable table(file, separator_ == "tab" ? '\t' : separator_[0]);
-    const Columns columns(*this, table);
+  FixTable read(const std::filesystem::path& file, const std::string& above) const override {
+    const CsvTable table(file, CsvStyle{.separator = separator_ == "tab" ? '\t' : separator_[0],
+                                        .decimal_sign = decimal_sign_[0],
+                                        .is_stated = true});
+    const bool has_heights = above != "none" || frame() != FixFrame::Geodetic;
+    const Columns columns(*this, table, has_heights);
+    CsvTimes times(times_, table);
     FixTable result;
     result.frame = frame();
-    result.has_utc = time_unit_.starts_with("unix") || time_unit_ == "text";
+    result.has_utc = times.has_utc();
     if (attitude_frame_ == "ecef") result.attitude_frame = AttitudeFrame::Ecef;
     if (attitude_frame_ == "local") result.attitude_frame = AttitudeFrame::Local;
     result.fixes.reserve(table.num_rows());
-    for (std::size_t row = 0; row < table.num_rows(); ++row)
+    for (std::size_t row = 0; row < table.num_rows(); ++row) {
       result.fixes.push_back(fix_of(table, row, columns));
+      result.fixes.back().time_s = times.next_s(row);
+    }
+    times.remark(result);
+    std::set<std::size_t> used = columns.all();
+    used.insert(times.column());
+    const std::array ignored = {
+        core::KnownName{has_heights || place_columns_.size() < 3 ? "" : place_columns_[2].c_str(),
+                        kNoHeightsWanted, false}};
+    table.count(used, ignored, result);
     return result;
   }
 
  private:
   struct Columns {
-    Columns(const CsvFixes& options, const CsvTable& table)
-        : time(table.column(options.time_column_)),
-          place(indices(options.place_columns_, table)),
+    Columns(const CsvFixes& options, const CsvTable& table, bool has_heights)
+        : place(place_indices(options, table, has_heights)),
           attitude(indices(options.attitude_columns_, table)),
           gimbal(indices(options.gimbal_columns_, table)) {
       if (!options.speed_column_.empty()) speed = table.column(options.speed_column_);
+    }
+    static std::vector<std::size_t> place_indices(const CsvFixes& options, const CsvTable& table,
+                                                  bool has_heights) {
+      std::vector<std::string> names = options.place_columns_;
+      if (!has_heights) names.resize(2);
+      const bool lacks_heights = options.frame() == FixFrame::Geodetic && names.size() == 3 &&
+                                 !table.find_column(names[2]) && table.find_column(names[1]);
+      if (lacks_heights)
+        fail(ErrorKind::Input, "{}; where it has no heights, {}", table.message_without(names[2]),
+             kNoHeightsWayOut);
+      return indices(names, table);
     }
     static std::vector<std::size_t> indices(const std::vector<std::string>& names,
                                             const CsvTable& table) {
@@ -108,7 +139,13 @@ class CsvFixes final : public FixFormat {
       for (const std::string& name : names) result.push_back(table.column(name));
       return result;
     }
-    std::size_t time;
+    std::set<std::size_t> all() const {
+      std::set<std::size_t> result(place.begin(), place.end());
+      result.insert(attitude.begin(), attitude.end());
+      result.insert(gimbal.begin(), gimbal.end());
+      if (speed) result.insert(*speed);
+      return result;
+    }
     std::vector<std::size_t> place, attitude, gimbal;
     std::optional<std::size_t> speed;
   };
@@ -129,19 +166,7 @@ class CsvFixes final : public FixFormat {
   Fix fix_of(const CsvTable& table, std::size_t row, const Columns& columns) const {
     Fix fix;
     fix.line = table.line(row);
-    if (time_unit_ == "text") {
-      if (!trimmed(table.cell(row, columns.time)).empty())
-        fix.time_s =
-            unix_seconds_from_text(table.cell(row, columns.time), utc_offset_h_, table.where(row));
-    } else if (const auto time = table.number(row, columns.time)) {
-      fix.time_s = *time * seconds_per(time_unit_);
-    }
-    if (const auto place = numbers(table, row, columns.place)) {
-      const double angle =
-          frame() == FixFrame::Geodetic ? degrees_per(angle_unit_) : metres_per(length_unit_);
-      fix.place = {(*place)[0] * angle, (*place)[1] * angle,
-                   (*place)[2] * metres_per(length_unit_)};
-    }
+    fix.place = place_of(table, row, columns.place);
     if (const auto values = numbers(table, row, columns.attitude))
       fix.attitude = attitude_of(*values, table.where(row));
     if (const auto values = numbers(table, row, columns.gimbal)) {
@@ -153,6 +178,34 @@ class CsvFixes final : public FixFormat {
       if (const auto speed = table.number(row, *columns.speed))
         fix.speed_mps = *speed * metres_per_second_per(speed_unit_);
     return fix;
+  }
+
+  /// Not a number where a cell is empty.
+  Eigen::Vector3d place_of(const CsvTable& table, std::size_t row,
+                           const std::vector<std::size_t>& columns) const {
+    Eigen::Vector3d place = Fix().place;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const bool is_angle = frame() == FixFrame::Geodetic && i < 2;
+      const auto value = is_angle && angle_unit_ == "dms" ? angle_of(table, row, columns[i], i)
+                                                          : table.number(row, columns[i]);
+      const double unit = !is_angle              ? metres_per(length_unit_)
+                          : angle_unit_ == "rad" ? degrees_per("rad")
+                                                 : 1.0;
+      if (value) place[static_cast<Eigen::Index>(i)] = *value * unit;
+    }
+    return place;
+  }
+
+  static std::optional<double> angle_of(const CsvTable& table, std::size_t row, std::size_t column,
+                                        std::size_t axis) {
+    if (table.is_empty(row, column)) return std::nullopt;
+    if (const auto angle = degrees_from_text(table.cell(row, column), axis == 0 ? "NS" : "EW"))
+      return angle;
+    fail(ErrorKind::Input,
+         "{}: {} = \"{}\" is no {} in degrees, minutes and seconds; one like {} is expected",
+         table.where(row), table.column_names()[column], table.cell(row, column).substr(0, 80),
+         axis == 0 ? "latitude" : "longitude",
+         axis == 0 ? "46\u00B0 30' 12.5\" N" : "7\u00B0 30' 12.5\" E");
   }
 
   Eigen::Quaterniond attitude_of(const std::vector<double>& values,
@@ -175,13 +228,12 @@ class CsvFixes final : public FixFormat {
   }
 
   std::string separator_ = ",";
+  std::string decimal_sign_ = ".";
   std::string frame_ = "geodetic";
   std::vector<std::string> place_columns_ = {"latitude_deg", "longitude_deg", "height_m"};
   std::string angle_unit_ = "deg";
   std::string length_unit_ = "m";
-  std::string time_column_ = "time_s";
-  std::string time_unit_ = "s";
-  double utc_offset_h_ = 0.0;
+  CsvTimeOptions times_;
   std::vector<std::string> attitude_columns_;
   std::string attitude_unit_ = "deg";
   std::string attitude_axes_ = "frd";
@@ -192,12 +244,24 @@ class CsvFixes final : public FixFormat {
   std::string speed_unit_ = "mps";
 };
 
+// By the keys that name columns; a column that none of them names is not known.
+constexpr std::array kKnown = {
+    core::KnownName{"time_column", "times"},
+    core::KnownName{"place_columns", "places: latitude, longitude and height, or x, y, z"},
+    core::KnownName{"attitude_columns", "the body's attitude"},
+    core::KnownName{"gimbal_columns", "where the camera looks"},
+    core::KnownName{"speed_column", "speeds over ground, which the motion is compared with"},
+    core::KnownName{"# comments", "notes of the writer", false}};
+constexpr std::array kTables = {
+    core::KnownTable{"csv", "columns, by the keys that name them", kKnown}};
+
 }  // namespace
 
 FixFormatInfo csv_fixes() {
   return {.name = "csv",
           .summary = "A table whose columns, units and frames the config names.",
-          .make = [] { return std::unique_ptr<FixFormat>(new CsvFixes); }};
+          .make = [] { return std::unique_ptr<FixFormat>(new CsvFixes); },
+          .known = kTables};
 }
 
 }  // namespace terracast::geo

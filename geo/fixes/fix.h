@@ -4,10 +4,12 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/ledger.h"
 #include "geo/geodesy.h"
 
 namespace terracast::geo {
@@ -29,6 +31,7 @@ enum class AttitudeFrame {
 /// One row of a recording.
 struct Fix {
   double time_s = std::numeric_limits<double>::quiet_NaN();  ///< not a number: the row has none
+  /// A third number that is not one: the row states no height.
   Eigen::Vector3d place = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   std::optional<Eigen::Quaterniond> attitude;  ///< frame_from_body
   std::optional<Eigen::Quaterniond> gimbal;    ///< the same with the camera's optical axis for x
@@ -38,6 +41,9 @@ struct Fix {
       0;  ///< where it stands in its file, counted from 1; 0: the format has no lines
 
   bool has_place() const { return place.allFinite(); }
+  bool has_level_place() const {
+    return place.head<2>().allFinite();
+  }  ///< its height may be missing
 };
 
 /// A recording as its file tells it, in the file's order.
@@ -47,6 +53,11 @@ struct FixTable {
   AttitudeFrame attitude_frame = AttitudeFrame::PlaceEnu;
   bool has_utc = false;          ///< times count from 1970-01-01T00:00:00Z, else from any zero
   std::optional<Geodetic> home;  ///< the place (not the height) of take-off
+
+  core::Ledger ledger;  ///< columns, elements, attributes, fields
+  std::map<std::string, std::size_t>
+      empty;                         ///< of the same, those that stand there and hold nothing
+  std::vector<std::string> remarks;  ///< what is assumed, and what was chosen
 };
 
 /// More are refused.

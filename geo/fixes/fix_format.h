@@ -27,7 +27,9 @@ class FixFormat {
   /// file    what the format calls a recording: a file or folder
   /// above   what the config says that heights are above (see HeightOptions); of formats that hold
   ///         several heights it chooses
+  ///         "none": heights are not read
   /// throws  Io: no such file; Input: it is not of this format, with the line
+  ///         Config: it states no heights such as above asks for
   virtual FixTable read(const std::filesystem::path& file, const std::string& above) const = 0;
 };
 
@@ -35,7 +37,16 @@ struct FixFormatInfo {
   std::string_view name;
   std::string_view summary;
   std::unique_ptr<FixFormat> (*make)();
+  /// What its reader makes of the names that such files hold, as it counts them in FixTable::ledger.
+  std::span<const core::KnownTable> known;
 };
+
+/// The way out where a recording has no heights, for messages.
+inline constexpr std::string_view kNoHeightsWayOut =
+    "above = \"none\" asks the file for no height, and flies it height_offset_m above the ground";
+
+/// Why heights are ignored, for ledgers.
+inline constexpr std::string_view kNoHeightsWanted = "above = \"none\" asks for no heights";
 
 /// The table of formats: adsb, csv, gpx, oxts, srt, tum.
 std::span<const FixFormatInfo> fix_formats();

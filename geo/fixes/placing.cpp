@@ -1,8 +1,10 @@
 #include "geo/fixes/placing.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
+#include "geo/fixes/fix_format.h"
 #include "geo/units.h"
 
 namespace terracast::geo {
@@ -30,7 +32,7 @@ class Heights {
   std::optional<double> ellipsoidal_m(double lat_deg, double lon_deg, double height_m) const {
     if (above_ == "egm96")
       return height_m + offset_m_ + context_.geoid->undulation_m(lat_deg, lon_deg);
-    if (above_ != "ground") return height_m + offset_m_;
+    if (above_ != "ground" && above_ != "none") return height_m + offset_m_;
     const auto ground_m = context_.ground_height_m(lat_deg, lon_deg);
     if (!ground_m) return std::nullopt;
     return height_m + offset_m_ + *ground_m;
@@ -40,7 +42,7 @@ class Heights {
   double home_height_m(const FixTable& table, const PlacingOptions& options) const {
     std::optional<Geodetic> home = table.home;
     for (std::size_t i = 0; !home && i < table.fixes.size(); ++i)
-      if (table.fixes[i].has_place())
+      if (table.fixes[i].has_level_place())
         home = Geodetic{table.fixes[i].place.x(), table.fixes[i].place.y(), 0.0};
     if (!home) return 0.0;  // there is no fix to place
     if (!table.home && context_.log)
@@ -72,6 +74,14 @@ void check_geodetic(const Fix& fix, std::size_t index) {
   if (place.z() < kLowest_m || place.z() > kHighest_m)
     fail(ErrorKind::Input, "{} is {} m high; heights are {} to {} m: check the unit", name,
          place.z(), kLowest_m, kHighest_m);
+}
+
+bool states_no_height(const FixTable& table) {
+  return table.frame == FixFrame::Geodetic &&
+         std::none_of(table.fixes.begin(), table.fixes.end(),
+                      [](const Fix& fix) { return std::isfinite(fix.place.z()); }) &&
+         std::any_of(table.fixes.begin(), table.fixes.end(),
+                     [](const Fix& fix) { return fix.has_level_place(); });
 }
 
 /// The file's own x, y, z in the world.
@@ -114,9 +124,11 @@ void PlacingOptions::describe(core::SchemaVisitor& visit, FixFrame frame,
     visit.key("above", above,
               own_above.empty()
                   ? "What the recorded heights are above; it has to be said: WGS84, mean sea level "
-                    "(EGM96), the ground, the place of take-off; or pressure altitude."
-                  : "What the recorded heights are above; empty: as the format says.",
-              core::one_of({"", "ellipsoid", "egm96", "ground", "home", "pressure"}));
+                    "(EGM96), the ground, the place of take-off; or pressure altitude; none: they "
+                    "are not read, and it flies height_offset_m above the ground."
+                  : "What the recorded heights are above; empty: as the format says; none: they "
+                    "are not read, and it flies height_offset_m above the ground.",
+              core::one_of({"", "ellipsoid", "egm96", "ground", "home", "pressure", "none"}));
     // A manual without a config shows the keys of each choice.
     const bool shows_all = above.empty() && own_above.empty();
     if (above == "pressure" || shows_all) {
@@ -147,7 +159,8 @@ void PlacingOptions::validate(FixFrame frame, const std::string& own_above) cons
   if (frame == FixFrame::Geodetic && above.empty() && own_above.empty())
     fail(ErrorKind::Config,
          "above is not given: say what the recorded heights are above, which is one of ellipsoid, "
-         "egm96, ground, home, or pressure with a pressure_offset_m");
+         "egm96, ground, home, or pressure with a pressure_offset_m; where the file has none, {}",
+         kNoHeightsWayOut);
 }
 
 PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
@@ -156,20 +169,30 @@ PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
   placed.attitude_from = attitude_source(table, options.attitude);
   const WorldFrame& frame = context.frame;
   const Rigid3d world_from_ecef = frame.ecef_from_world().inverse();
+  const bool has_none = states_no_height(table);
+  placed.is_over_ground = heights_above == "none" || (has_none && heights_above == "ground");
+  if (has_none && !placed.is_over_ground)
+    fail(ErrorKind::Config,
+         "the recording states no heights, while above = \"{}\" asks for them; {}", heights_above,
+         kNoHeightsWayOut);
   const Heights heights(table, options, heights_above, context);
   const Rigid3d local =
       table.frame == FixFrame::Local ? world_from_local(options, context) : Rigid3d{};
   bool starts_part = false;
   for (std::size_t i = 0; i < table.fixes.size(); ++i) {
-    const Fix& fix = table.fixes[i];
+    Fix fix = table.fixes[i];
     starts_part |= fix.starts_part;
+    if (placed.is_over_ground) fix.place.z() = 0.0;
     if (!fix.has_place()) {
-      ++placed.num_without_place;
+      ++(fix.has_level_place() && table.frame == FixFrame::Geodetic ? placed.num_without_height
+                                                                    : placed.num_without_place);
       continue;
     }
     PlacedFix result;
     result.time_s = fix.time_s;
     result.speed_mps = fix.speed_mps;
+    result.held = fix.place;
+    if (table.frame != FixFrame::Ecef) result.held.z() = 0.0;
     if (table.frame == FixFrame::Geodetic) {
       check_geodetic(fix, i);
       const auto height_m = heights.ellipsoidal_m(fix.place.x(), fix.place.y(), fix.place.z());

@@ -35,6 +35,9 @@ struct PlacingOptions {
 struct PlacedFix {
   double time_s = 0.0;
   Eigen::Vector3d position_world = Eigen::Vector3d::Zero();
+  /// What a receiver holds until its next fix: the place as the file states it, without the height, which may come
+  /// from another sensor.
+  Eigen::Vector3d held = Eigen::Vector3d::Zero();
   std::optional<Eigen::Quaterniond> world_from_body;
   std::optional<double> speed_mps;
   bool starts_part = false;
@@ -43,13 +46,16 @@ struct PlacedFix {
 struct PlacedFixes {
   std::vector<PlacedFix> fixes;
   std::size_t num_without_place = 0;
+  std::size_t num_without_height = 0;
+  bool is_over_ground = false;         ///< no height of the file is taken; all fly over the ground
   std::size_t num_without_ground = 0;  ///< of heights above the ground, outside the world
   std::string attitude_from;           ///< gimbal, body or path
 };
 
-/// Fixes of a table in the world; those without a place are counted and left out.
-/// throws   Config: no geoid or attitude where one is needed; Input: no latitude or longitude, heights
-///          beyond -12 km to 1000 km
+/// Fixes of a table in the world; those without a place or height are counted and left out. With above = "none", or with
+/// above = "ground" where the file states no height at all, all are height_offset_m above the ground.
+/// throws   Config: no geoid or attitude where one is needed, no height anywhere; Input: no latitude or longitude,
+///          heights beyond -12 km to 1000 km
 PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
                         const std::string& heights_above, const TrajectoryContext& context);
 

@@ -133,8 +133,12 @@ std::optional<double> median_speed_difference_mps(const FixPart& part, double ze
 /// What may help where hardly a fix is left.
 std::string way_out(const Recording& recording, const RecordingOptions& options) {
   const CleaningCounts& counts = recording.dropped;
-  if (recording.num_without_place > 0) return "; a fix needs latitude, longitude and height";
-  const bool has_bad_times = counts.num_without_time > 0 || counts.num_out_of_order > 0;
+  if (recording.num_without_height > 0)
+    return fmt::format("; a fix needs a height; {}", kNoHeightsWayOut);
+  if (recording.num_without_place > 0)
+    return "; a fix needs a place, of latitude and longitude or of x, y and z";
+  const bool has_bad_times =
+      counts.num_without_time + counts.num_out_of_order + counts.num_of_same_time > 0;
   if (has_bad_times && options.timing == "recorded")
     return "; timing = \"speed\" flies tracks without times";
   if (counts.num_in_short_parts > 0)
@@ -175,7 +179,9 @@ void RecordingOptions::describe(core::SchemaVisitor& visit) {
             "Fixes that only a faster body could reach are dropped.", core::between(0.1, 10000.0));
   visit.key("hold_s", cleaning.hold_s,
             "A place that is repeated within this time is one fix, recorded again until the next "
-            "came; 0: three times the median time between two places.",
+            "came (where places come more seldom than rows, whatever their heights); 0: three "
+            "times the median "
+            "time between two places.",
             core::between(0.0, 3600.0));
 }
 
@@ -190,13 +196,19 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
   const FixFormat& format = options.format_options();
   const std::string above =
       options.placing.above.empty() ? format.heights_above() : options.placing.above;
-  const FixTable table = format.read(options.file.resolved, above);
+  FixTable table = format.read(options.file.resolved, above);
   PlacedFixes placed = place_fixes(table, options.placing, above, context);
   Recording recording;
   recording.num_fixes = table.fixes.size();
   recording.num_without_place = placed.num_without_place;
+  recording.num_without_height = placed.num_without_height;
   recording.num_without_ground = placed.num_without_ground;
   recording.attitude_from = placed.attitude_from;
+  recording.facts = {std::move(table.ledger), std::move(table.empty), std::move(table.remarks)};
+  if (placed.is_over_ground)
+    recording.facts.remarks.push_back(fmt::format(
+        "no heights are read: it is flown {:g} m above the ground, as height_offset_m says",
+        options.placing.height_offset_m));
   recording.has_utc = table.has_utc && options.timing == "recorded";
   if (options.timing == "speed") time_by_speed(placed, options.speed_mps, recording.dropped);
   CleaningOptions cleaning = options.cleaning;
@@ -238,10 +250,12 @@ std::string summary_of(const Recording& recording, const RecordingOptions& optio
     if (count > 0) dropped.push_back(fmt::format("{} {}", count, what));
   };
   const CleaningCounts& counts = recording.dropped;
-  add(recording.num_without_place, "without a place or height");
+  add(recording.num_without_place, "without a place");
+  add(recording.num_without_height, "without a height");
   add(recording.num_without_ground, "without ground below");
   add(counts.num_without_time, "without a time");
   add(counts.num_repeated, "repeated");
+  add(counts.num_of_same_time, "at the time of another");
   add(counts.num_out_of_order, "out of the order of time");
   add(counts.num_impossible,
       fmt::format("impossible (faster than {} m/s)", options.cleaning.max_speed_mps));

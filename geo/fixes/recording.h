@@ -10,6 +10,7 @@
 #include "geo/fixes/cleaning.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/placing.h"
+#include "geo/fixes/telling.h"
 #include "geo/paths/interpolating_spline.h"
 #include "geo/paths/recorded_motion.h"
 #include "geo/trajectory.h"
@@ -53,12 +54,14 @@ struct SmoothPart {
 struct Recording {
   std::size_t num_fixes = 0;
   std::size_t num_without_place = 0;
+  std::size_t num_without_height = 0;
   std::size_t num_without_ground = 0;
   CleaningCounts dropped;
   std::string attitude_from;  ///< gimbal, body or path
   double zero_s = 0.0;        ///< on the file's clock
   bool has_utc = false;       ///< that clock is UTC from 1970
   std::vector<SmoothPart> parts;
+  FileFacts facts;
 };
 
 /// Reads, places, cleans and smooths a recording.

@@ -4,44 +4,53 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
-#include "geo/sun.h"
 
 namespace terracast::geo {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n";
+constexpr std::size_t kMostBytes = std::size_t{1} << 28;
 
-/// Cuts "+02:00", "-0330" or "Z" off the end; seconds that the clock is ahead of UTC.
-std::optional<double> cut_zone(std::string_view& text) {
-  constexpr std::size_t kTimeOfDayEnd = 19;
-  if (text.size() <= kTimeOfDayEnd) return std::nullopt;
-  if (text.back() == 'Z' || text.back() == 'z') {
-    text.remove_suffix(1);
-    return 0.0;
-  }
-  const std::size_t sign = text.find_first_of("+-", kTimeOfDayEnd);
-  if (sign == std::string_view::npos) return std::nullopt;
-  std::string digits(text.substr(sign + 1));
-  std::erase(digits, ':');
-  if (digits.size() == 2) digits += "00";
-  if (digits.size() != 4 || digits.find_first_not_of("0123456789") != std::string::npos)
-    return std::nullopt;
-  constexpr int kMostHours = 14, kMinutes = 60;
-  const int hours = std::stoi(digits.substr(0, 2)), minutes = std::stoi(digits.substr(2));
-  if (hours > kMostHours || minutes >= kMinutes) return std::nullopt;
-  const double ahead_s = hours * 3600.0 + minutes * 60.0;
-  const bool is_behind = text[sign] == '-';
-  text = text.substr(0, sign);
-  return is_behind ? -ahead_s : ahead_s;
+void refuse_if_too_large(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (!error && size > kMostBytes)
+    core::fail(core::ErrorKind::Input,
+               "{}: {} MB; recordings of up to {} MB are read: cut it into parts, or keep every "
+               "tenth row",
+               file.string(), size >> 20, kMostBytes >> 20);
 }
 
 }  // namespace
+
+std::string text_of_recording(const std::filesystem::path& file) {
+  refuse_if_too_large(file);
+  std::string text = core::read_text_file(file, kMostBytes);
+  constexpr std::string_view kUtf8 = "\xEF\xBB\xBF", kUtf16 = "\xFF\xFE", kUtf16Big = "\xFE\xFF";
+  if (text.starts_with(kUtf16) || text.starts_with(kUtf16Big))
+    core::fail(core::ErrorKind::Input, "{}: its text is UTF-16; save it as UTF-8", file.string());
+  if (const std::size_t zero = text.find('\0'); zero != std::string::npos)
+    core::fail(core::ErrorKind::Input,
+               "{}: byte {} is 0, as in no text; a recording in UTF-8 is expected", file.string(),
+               zero);
+  if (text.starts_with(kUtf8)) text.erase(0, kUtf8.size());
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  return text;
+}
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
 }
 
 std::optional<double> number_of(std::string_view text) {
@@ -74,30 +83,6 @@ std::vector<std::string_view> lines_of_text(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return lines;
-}
-
-double unix_seconds_from_text(std::string_view text, double utc_offset_h,
-                              const std::string& where) {
-  constexpr std::size_t kDateEnd = 10, kTimeOfDayEnd = 19, kMostDigits = 9;
-  std::string_view rest = trimmed(text);
-  const double ahead_s = cut_zone(rest).value_or(utc_offset_h * 3600.0);
-  std::string utc(rest);
-  if (utc.size() >= kTimeOfDayEnd) {
-    if (utc[4] == '.' && utc[7] == '.') utc[4] = utc[7] = '-';
-    if (utc[kDateEnd] == ' ') utc[kDateEnd] = 'T';
-    if (utc.size() > kTimeOfDayEnd && utc[kTimeOfDayEnd] == ',') utc[kTimeOfDayEnd] = '.';
-    utc.erase(std::remove(utc.begin() + kTimeOfDayEnd, utc.end(), ','), utc.end());
-    // Digits beyond those that count go; what is no digit stays, and is refused.
-    const std::size_t counted = kTimeOfDayEnd + 1 + kMostDigits;
-    if (utc.find_first_not_of("0123456789", kTimeOfDayEnd + 1) == std::string::npos)
-      utc.resize(std::min(utc.size(), counted));
-  }
-  try {
-    return unix_seconds_from_utc(utc + "Z") - ahead_s;
-  } catch (const core::Error&) {
-    core::fail(core::ErrorKind::Input,
-               "{}: \"{}\" is no time; one like 2025-06-21T10:00:00.250Z is expected", where, text);
-  }
 }
 
 }  // namespace terracast::geo

@@ -1,15 +1,31 @@
+#include <array>
 #include <cmath>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/text.h"
+#include "geo/fixes/times.h"
 
 namespace terracast::geo {
 namespace {
 
 using core::ErrorKind;
 using core::fail;
+
+constexpr std::size_t kNumFields = 8;
+constexpr std::array<std::string_view, kNumFields> kFields = {"timestamp", "tx", "ty", "tz",
+                                                              "qx",        "qy", "qz", "qw"};
+
+constexpr std::array kKnown = {core::KnownName{"timestamp", "time in seconds"},
+                               core::KnownName{"tx", "place in metres"},
+                               core::KnownName{"ty", "place in metres"},
+                               core::KnownName{"tz", "place in metres"},
+                               core::KnownName{"qx", "attitude"},
+                               core::KnownName{"qy", "attitude"},
+                               core::KnownName{"qz", "attitude"},
+                               core::KnownName{"qw", "attitude"},
+                               core::KnownName{"# comments", "notes of the writer", false}};
+constexpr std::array kTables = {core::KnownTable{"tum", "fields of a line", kKnown}};
 
 /// TUM's trajectories: a line "timestamp tx ty tz qx qy qz qw" for each pose, the rotation from the
 /// camera or body to the file's x, y, z; # begins a comment.
@@ -26,8 +42,7 @@ class TumFixes final : public FixFormat {
   FixFrame frame() const override { return FixFrame::Local; }
 
   FixTable read(const std::filesystem::path& file, const std::string&) const override {
-    constexpr std::size_t kMostBytes = std::size_t{1} << 28;
-    const std::string text = core::read_text_file(file, kMostBytes);
+    const std::string text = text_of_recording(file);
     FixTable table;
     table.frame = FixFrame::Local;
     table.attitude_frame = AttitudeFrame::Local;
@@ -35,22 +50,28 @@ class TumFixes final : public FixFormat {
     std::size_t line_number = 0;
     for (const std::string_view line : lines_of_text(text)) {
       ++line_number;
+      if (line.find('#') != std::string_view::npos) table.ledger.count("# comments", kKnown);
       const std::string_view content = trimmed(line.substr(0, line.find('#')));
       if (content.empty()) continue;
       if (table.fixes.size() >= kMostFixes)
         fail(ErrorKind::Input, "{}: more than {} poses", file.string(), kMostFixes);
       table.fixes.push_back(
-          fix_of(content, fmt::format("{}, line {}", file.string(), line_number)));
+          fix_of(content, fmt::format("{}, line {}", file.string(), line_number), table.ledger));
+      table.fixes.back().line = line_number;
     }
+    const auto num_poses = static_cast<std::int64_t>(table.fixes.size());
+    for (const std::string_view field : kFields)
+      if (num_poses > 0) table.ledger.count(field, kKnown, num_poses);
     return table;
   }
 
  private:
-  Fix fix_of(std::string_view line, const std::string& where) const {
-    constexpr std::size_t kNumFields = 8;
+  /// Counts fields beyond the eight.
+  Fix fix_of(std::string_view line, const std::string& where, core::Ledger& ledger) const {
+    constexpr std::size_t kOfAMatrix = 12;
     const std::vector<std::string_view> words = words_of(line);
     double values[kNumFields];
-    bool are_numbers = words.size() == kNumFields;
+    bool are_numbers = words.size() >= kNumFields && words.size() != kOfAMatrix;
     for (std::size_t i = 0; are_numbers && i < kNumFields; ++i) {
       const auto value = number_of(words[i]);
       are_numbers = value.has_value();
@@ -58,8 +79,18 @@ class TumFixes final : public FixFormat {
     }
     if (!are_numbers)
       fail(ErrorKind::Input,
-           "{}: \"{}\" is no pose; eight numbers, timestamp tx ty tz qx qy qz qw, are expected",
-           where, line.substr(0, 80));
+           "{}: \"{}\" is no pose; eight numbers, timestamp tx ty tz qx qy qz qw, are expected{}",
+           where, line.substr(0, 80),
+           line.find(',') != std::string_view::npos ? "; format = \"csv\" reads tables with commas"
+           : words.size() == kOfAMatrix             ? ", not the twelve of a matrix"
+                                                    : "");
+    for (std::size_t i = kNumFields; i < words.size(); ++i)
+      ledger.miss(fmt::format("field {}", i + 1));
+    if (unix_times_ && !is_unix_time(values[0]))
+      fail(ErrorKind::Input,
+           "{}: timestamp = {} is no time between 1900 and 2200 in seconds since 1970; times from "
+           "another zero have unix_times = false",
+           where, words[0].substr(0, 80));
     const Eigen::Quaterniond rotation(values[7], values[4], values[5], values[6]);
     constexpr double kNormTolerance = 0.01;
     if (std::abs(rotation.norm() - 1.0) > kNormTolerance)
@@ -81,7 +112,8 @@ class TumFixes final : public FixFormat {
 FixFormatInfo tum_fixes() {
   return {.name = "tum",
           .summary = "TUM's poses, a line each, about an origin that the config names.",
-          .make = [] { return std::unique_ptr<FixFormat>(new TumFixes); }};
+          .make = [] { return std::unique_ptr<FixFormat>(new TumFixes); },
+          .known = kTables};
 }
 
 }  // namespace terracast::geo

@@ -6,6 +6,7 @@
 #include "geo/paths/flight.h"
 #include "geo/paths/recorded_motion.h"
 #include "geo/trajectory.h"
+#include "geo/units.h"
 
 namespace terracast::geo {
 namespace {
@@ -65,6 +66,22 @@ std::string exchange_hint(const Geodetic& place, const TrajectoryContext& contex
   return "; with latitude and longitude exchanged it would be inside: check their order";
 }
 
+/// The same of a place in radians that was read as degrees.
+std::string radian_hint(const Geodetic& place, const TrajectoryContext& context) {
+  const double lat_deg = degrees_from_radians(place.lat_deg),
+               lon_deg = degrees_from_radians(place.lon_deg);
+  if (std::abs(lat_deg) > 90.0 || std::abs(lon_deg) > 180.0) return "";
+  if (!context.is_inside(context.frame.world_from_geodetic({lat_deg, lon_deg, place.height_m})) ||
+      !context.ground_height_m(lat_deg, lon_deg))
+    return "";
+  return "; in radians it would be inside: angle_unit = \"rad\" reads those of csv and srt";
+}
+
+std::string hint_outside(const Geodetic& place, const TrajectoryContext& context) {
+  const std::string exchange = exchange_hint(place, context);
+  return exchange.empty() ? radian_hint(place, context) : exchange;
+}
+
 class Recorded final : public TrajectoryKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -112,6 +129,8 @@ class Recorded final : public TrajectoryKind {
     const Recording recording = read_recording(recording_, context, attitude_.continuity_of_path());
     const std::vector<Stretch> stretches = stretches_of(recording, context);
     const std::size_t chosen = choose(stretches);
+    if (context.log && !is_told_)
+      tell_of_file(recording.facts, recording_.file.written, *context.log);
     if (context.log) tell(recording, stretches, chosen, *context.log);
     const Stretch& stretch = stretches[chosen];
     refuse_if_unfit(stretch, context);
@@ -132,13 +151,15 @@ class Recorded final : public TrajectoryKind {
   std::vector<std::unique_ptr<TrajectoryKind>> split(const TrajectoryContext& context,
                                                      double least_duration_s) const override {
     validate();
-    const std::vector<Stretch> stretches =
-        stretches_of(read_recording(recording_, context, attitude_.continuity_of_path()), context);
+    const Recording recording = read_recording(recording_, context, attitude_.continuity_of_path());
+    const std::vector<Stretch> stretches = stretches_of(recording, context);
+    if (context.log) tell_of_file(recording.facts, recording_.file.written, *context.log);
     std::vector<std::unique_ptr<TrajectoryKind>> kinds;
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       if (stretches[i].duration_s() < least_duration_s) continue;
       auto kind = std::make_unique<Recorded>(*this);
       kind->split_ = false;
+      kind->is_told_ = true;
       kind->part_ = static_cast<std::int64_t>(i);
       kinds.push_back(std::move(kind));
     }
@@ -165,7 +186,7 @@ class Recorded final : public TrajectoryKind {
       std::string hint;  // the flight may begin outside
       for (const auto& part : recording.parts)
         for (const Sample& sample : sample_part(part, flattened, context))
-          if (hint.empty()) hint = exchange_hint(sample.place, context);
+          if (hint.empty()) hint = hint_outside(sample.place, context);
       fail(ErrorKind::Input,
            "{}: no part of the recording is inside the world and {} m above ground; it begins at "
            "{}{}",
@@ -216,7 +237,7 @@ class Recorded final : public TrajectoryKind {
 
   void refuse_if_unfit(const Stretch& stretch, const TrajectoryContext& context) const {
     if (stretch.outside) {
-      const std::string hint = exchange_hint(stretch.outside->place, context);
+      const std::string hint = hint_outside(stretch.outside->place, context);
       fail(ErrorKind::Input, "the recording leaves the world's ground at t = {:.1f} s ({}){}",
            stretch.outside->time_s - stretch.begin_s, text_of(stretch.outside->place),
            hint.empty() ? "; outside = \"clip\" takes the parts inside" : hint);
@@ -247,8 +268,9 @@ class Recorded final : public TrajectoryKind {
     const std::string summary =
         fmt::format("{}: {}", recording_.file.written, summary_of(recording, recording_));
     const CleaningCounts& counts = recording.dropped;
-    if (recording.num_without_place + recording.num_without_ground + counts.num_without_time +
-            counts.num_out_of_order + counts.num_impossible + counts.num_in_short_parts >
+    if (recording.num_without_place + recording.num_without_height + recording.num_without_ground +
+            counts.num_without_time + counts.num_of_same_time + counts.num_out_of_order +
+            counts.num_impossible + counts.num_in_short_parts >
         0)
       log.warn("{}", summary);
     else
@@ -278,6 +300,7 @@ class Recorded final : public TrajectoryKind {
   RecordingOptions recording_;
   std::int64_t part_ = -1;
   bool split_ = false;
+  bool is_told_ = false;  ///< split() told of the file
   std::string outside_ = "error";
   double min_agl_m_ = 5.0;
   std::string too_low_ = "error";

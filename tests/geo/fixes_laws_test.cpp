@@ -1,0 +1,253 @@
+// What holds for every format of recordings: nothing that a file says goes by unseen, and every message that a file
+// without heights ends in names a way out that works.
+
+#include <functional>
+
+#include "core/toml_reader.h"
+#include "geo/fixes/recording.h"
+#include "tests/geo/fixes_support.h"
+
+namespace terracast::geo {
+namespace {
+
+using test::message_of;
+
+/// A right recording of a format.
+struct Sample {
+  const char* format;
+  std::string keys;
+  std::string above;
+  /// Name and text of each file; with one thing more than the reader knows, where `more` is true. The first is given
+  /// to the reader, or its folder where the name has one.
+  std::function<std::vector<std::pair<std::string, std::string>>(bool more)> files;
+  std::string unknown;  ///< what the ledger calls it
+};
+
+std::vector<std::pair<std::string, std::string>> oxts_files(bool more) {
+  std::string packet = "42.5 1.5 1500";
+  for (int i = 3; i < 30; ++i) packet += " 0";
+  return {{"oxts/timestamps.txt", "2011-09-26 13:02:25.5\n"},
+          {"oxts/data/0000000000.txt", packet + (more ? " 5" : "")}};
+}
+
+std::vector<Sample> samples() {
+  const auto one_file = [](const char* text, const char* more_text) {
+    return [=](bool more) {
+      return std::vector<std::pair<std::string, std::string>>{
+          {"recording", more ? more_text : text}};
+    };
+  };
+  return {
+      {"adsb", "", "ellipsoid",
+       one_file("timestamp,latitude,longitude,altitude,geoaltitude,groundspeed,track,"
+                "icao24\n1600000000,1,2,3,4,5,6,a\n",
+                "timestamp,latitude,longitude,altitude,geoaltitude,groundspeed,track,icao24,wake\n"
+                "1600000000,1,2,3,4,5,6,a,7\n"),
+       "wake"},
+      {"csv", "speed_column = \"v\"", "ellipsoid",
+       one_file("time_s,latitude_deg,longitude_deg,height_m,v\n0,1,2,3,4\n",
+                "time_s,latitude_deg,longitude_deg,height_m,v,wake\n0,1,2,3,4,5\n"),
+       "wake"},
+      {"gpx", "", "ellipsoid",
+       one_file(
+           "<gpx><trk><trkseg><trkpt lat=\"1\" lon=\"2\"><ele>3</ele></trkpt></trkseg></trk></gpx>",
+           "<gpx><trk><trkseg><trkpt lat=\"1\" "
+           "lon=\"2\"><ele>3</ele><wake/></trkpt></trkseg></trk></gpx>"),
+       "point/wake"},
+      {"gpx", "", "ellipsoid",
+       one_file(
+           "<gpx><trk><trkseg><trkpt lat=\"1\" lon=\"2\"><ele>3</ele></trkpt></trkseg></trk></gpx>",
+           "<gpx><trk><trkseg><trkpt lat=\"1\" lon=\"2\" "
+           "wake=\"5\"><ele>3</ele></trkpt></trkseg></trk></gpx>"),
+       "point@wake"},
+      {"gpx", "", "ellipsoid",
+       one_file("<gpx><trk><trkseg><trkpt lat=\"1\" lon=\"2\"/></trkseg></trk></gpx>",
+                "<gpx><wake/><trk><trkseg><trkpt lat=\"1\" lon=\"2\"/></trkseg></trk></gpx>"),
+       "wake"},
+      {"oxts", "", "ellipsoid", oxts_files, "field 31"},
+      {"srt", "", "ellipsoid",
+       one_file(
+           "1\n00:00:01,000 --> 00:00:02,000\n[latitude: 1] [longitude: 2] [abs_alt: 3]\n",
+           "1\n00:00:01,000 --> 00:00:02,000\n[latitude: 1] [longitude: 2] [abs_alt: 3 wake: 5]\n"),
+       "wake"},
+      {"tum", "", "", one_file("1 2 3 4 0 0 0 1\n", "1 2 3 4 0 0 0 1 5\n"), "field 9"}};
+}
+
+class FixLaws : public test::Recordings {
+ protected:
+  FixTable read_sample(const Sample& sample, bool more) {
+    std::filesystem::path file;
+    for (const auto& [name, text] : sample.files(more)) {
+      const std::filesystem::path one = written(name, text);
+      if (file.empty()) file = name == "recording" ? one : one.parent_path();
+    }
+    return test::format_from(sample.format, sample.keys)->read(file, sample.above);
+  }
+};
+
+TEST_F(FixLaws, OneThingMoreThanAReaderKnowsStandsInItsLedgerAsUnknown) {
+  for (const FixFormatInfo& info : fix_formats()) {
+    bool has_sample = false;
+    for (const Sample& sample : samples()) {
+      if (sample.format != info.name) continue;
+      has_sample = true;
+      const FixTable plain = read_sample(sample, false), more = read_sample(sample, true);
+      EXPECT_TRUE(plain.ledger.warnings().empty()) << info.name << "\n" << plain.ledger.table();
+      ASSERT_TRUE(more.ledger.entries().contains(sample.unknown))
+          << info.name << more.ledger.table();
+      EXPECT_EQ(more.ledger.entries().at(sample.unknown).num_unknown, 1) << info.name;
+      EXPECT_EQ(more.fixes.size(), plain.fixes.size()) << info.name;
+    }
+    EXPECT_TRUE(has_sample) << "no sample of format " << info.name;
+  }
+}
+
+TEST_F(FixLaws, NamesThatAReaderUsesOrIgnoresAreInItsTableAsSuch) {
+  for (const Sample& sample : samples()) {
+    if (std::string_view(sample.format) == "csv") continue;  // its names are the config's
+    for (const FixFormatInfo& info : fix_formats()) {
+      if (sample.format != info.name) continue;
+      const FixTable table = read_sample(sample, true);
+      for (const auto& [name, entry] : table.ledger.entries()) {
+        const core::KnownName* known = nullptr;
+        for (const core::KnownTable& one : info.known)
+          if (known == nullptr) known = core::find_known(one.names, name);
+        EXPECT_EQ(known == nullptr, entry.num_unknown > 0) << info.name << ": " << name;
+        if (entry.num_used > 0) {
+          ASSERT_NE(known, nullptr) << info.name << ": " << name;
+          EXPECT_TRUE(known->is_used) << info.name << ": " << name;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(FixLaws, TablesAreWholeAndWithoutContradictions) {
+  for (const FixFormatInfo& info : fix_formats()) {
+    ASSERT_FALSE(info.known.empty()) << info.name;
+    for (const core::KnownTable& table : info.known) {
+      EXPECT_EQ(table.reader, info.name);
+      for (std::size_t i = 0; i < table.names.size(); ++i) {
+        EXPECT_FALSE(table.names[i].words.empty()) << info.name << ": " << table.names[i].name;
+        EXPECT_EQ(core::find_known(table.names, table.names[i].name), &table.names[i])
+            << info.name << ": " << table.names[i].name << " stands twice";
+      }
+    }
+  }
+}
+
+/// A recording that has places and times, but no heights.
+struct WithoutHeights {
+  const char* format;
+  std::string text;
+  std::string keys;
+};
+
+std::vector<WithoutHeights> without_heights() {
+  std::string gpx = "<gpx><trk><trkseg>", srt, csv = "time_s,latitude_deg,longitude_deg,height_m\n",
+              two = "time_s,latitude_deg,longitude_deg\n",
+              adsb = "time,icao24,lat,lon,velocity,baroaltitude,geoaltitude\n",
+              bare = "time,icao24,lat,lon\n", few = gpx;
+  for (int i = 0; i < 20; ++i) {
+    const std::string place = fmt::format("42.{:06},1.5", 500000 + 100 * i);
+    const std::string point =
+        fmt::format("<trkpt lat=\"42.{:06}\" lon=\"1.5\"><time>2024-06-01T10:00:{:02}Z</time>",
+                    500000 + 100 * i, i);
+    gpx += point + "</trkpt>";
+    few += point + (i < 2 ? "<ele>1200</ele>" : "") + "</trkpt>";
+    srt += fmt::format(
+        "{0}\n00:00:{0:02},000 --> 00:00:59,000\n[latitude : 42.{1:06}] [longtitude : 1.5]\n\n", i,
+        500000 + 100 * i);
+    csv += fmt::format("{},{},\n", i, place);
+    two += fmt::format("{},{}\n", i, place);
+    adsb += fmt::format("{},a,{},10,,\n", 1700000000 + i, place);
+    bare += fmt::format("{},a,{}\n", 1700000000 + i, place);
+  }
+  gpx += "</trkseg></trk></gpx>";
+  few += "</trkseg></trk></gpx>";
+  return {
+      {"gpx", gpx, ""},   {"gpx", few, ""},
+      {"srt", srt, ""},   {"csv", csv, ""},
+      {"csv", two, ""},   {"adsb", adsb, ""},
+      {"adsb", bare, ""}, {"csv", two, "place_columns = [\"latitude_deg\", \"longitude_deg\"]\n"}};
+}
+
+class WaysOut : public FixLaws {
+ protected:
+  /// The motion's height above the ground at its middle; the message that it ends in otherwise.
+  std::pair<double, std::string> flown(const WithoutHeights& sample, const std::string& keys) {
+    const std::filesystem::path file = written("recording", sample.text);
+    try {
+      const auto motion = test::trajectory_from(
+          fmt::format("kind = \"recorded\"\nformat = \"{}\"\nfile = \"{}\"\n{}{}", sample.format,
+                      file.string(), sample.keys, keys),
+          world_);
+      const BodyState state = motion->at(0.5 * motion->duration_s());
+      return {test::agl_m(world_, state.world_from_body.translation), ""};
+    } catch (const core::Error& error) {
+      return {0.0, error.what()};
+    }
+  }
+  test::GroundWorld world_;
+};
+
+TEST_F(WaysOut, OfARecordingWithoutHeightsIsNamedByEveryMessageAndWorks) {
+  for (const WithoutHeights& sample : without_heights()) {
+    for (const std::string& above :
+         {std::string(""), std::string("above = \"ellipsoid\"\n"),
+          std::string("above = \"home\"\n"),
+          std::string("above = \"pressure\"\npressure_offset_m = 60.0\n")}) {
+      std::string keys = above;
+      std::string message = flown(sample, keys).second;
+      if (message.find("need a geoid") != std::string::npos)
+        continue;  // of this world, not of the file
+      ASSERT_NE(message.find("above = \"none\""), std::string::npos)
+          << sample.format << " " << keys << message;
+    }
+    // As the message says, with a height and without one.
+    const auto [height_m, message] = flown(sample, "above = \"none\"\nheight_offset_m = 100.0\n");
+    EXPECT_EQ(message, "") << sample.format;
+    EXPECT_NEAR(height_m, 100.0, 0.01)
+        << sample.format;  // the ground is level; the Earth curves by less
+    const std::string low = flown(sample, "above = \"none\"\n").second;
+    EXPECT_NE(low.find("height_offset_m"), std::string::npos) << low;
+  }
+}
+
+TEST_F(WaysOut, HeightsAboveTheGroundOfAFileWithoutAnyAreTheOffset) {
+  for (const WithoutHeights& sample : without_heights()) {
+    if (sample.text.find("<ele>") != std::string::npos) continue;  // two have one
+    const auto [height_m, message] = flown(sample, "above = \"ground\"\nheight_offset_m = 100.0\n");
+    const bool needs_columns = message.find("unknown column") != std::string::npos;
+    if (needs_columns) {
+      EXPECT_NE(message.find("above = \"none\""), std::string::npos) << message;
+      continue;
+    }
+    EXPECT_EQ(message, "") << sample.format;
+    EXPECT_NEAR(height_m, 100.0, 0.01) << sample.format;
+  }
+}
+
+TEST_F(WaysOut, OfSubtitlesNameTheHeightThatTheyHave) {
+  const auto cues = [](const std::string& height) {
+    std::string text;
+    for (int i = 0; i < 20; ++i)
+      text += fmt::format(
+          "{0}\n00:00:{0:02},000 --> 00:00:59,000\n[latitude : 42.{1:06}] [longtitude : 1.5] "
+          "{2}\n\n",
+          i, 500000 + 100 * i, height);
+    return WithoutHeights{"srt", text, ""};
+  };
+  const WithoutHeights only_home = cues("[rel_alt: 80.0]"),
+                       only_altitude = cues("[altitude: 1080.0]");
+  EXPECT_NE(flown(only_home, "above = \"ellipsoid\"\n").second.find("above = \"home\""),
+            std::string::npos);
+  EXPECT_NEAR(flown(only_home, "above = \"home\"\n").first, 80.0, 0.01);
+  EXPECT_NE(flown(only_altitude, "above = \"home\"\n").second.find("above = \"ellipsoid\""),
+            std::string::npos);
+  EXPECT_NEAR(flown(only_altitude, "above = \"ellipsoid\"\n").first, 80.0, 0.01);
+  EXPECT_NEAR(flown(only_altitude, "above = \"none\"\nheight_offset_m = 50.0\n").first, 50.0, 0.01);
+}
+
+}  // namespace
+}  // namespace terracast::geo
