@@ -87,7 +87,7 @@ constexpr std::array kKnown = {
 constexpr std::array kTables = {core::KnownTable{"adsb", "columns", kKnown}};
 
 /// Tables of aircraft that broadcast their places. `above` chooses the altitude: "ellipsoid" the
-/// geometric one, "pressure" the pressure altitude, "ground" and "none" no one.
+/// geometric one, "pressure" the pressure altitude, "ground" and "none" neither.
 class AdsbFixes final : public FixFormat {
  public:
   void describe(core::SchemaVisitor& visit) override {

@@ -116,7 +116,8 @@ double CsvTimes::text_s(std::size_t row) {
 
 double CsvTimes::number_s(std::size_t row) {
   const std::string_view cell = table_.cell(row, column_);
-  if (stated_time(cell, 0.0) || seconds_of_clock(cell))
+  const bool may_be_a_date = cell.find_first_of(":T") != std::string_view::npos;  // as no number is
+  if (may_be_a_date && (stated_time(cell, 0.0) || seconds_of_clock(cell)))
     fail(ErrorKind::Input, "{}: {} = \"{}\" is no number of {}; time_unit = \"{}\" reads it",
          table_.where(row), table_.column_names()[column_], cell.substr(0, 80), unit_,
          stated_time(cell, 0.0) ? "text" : "clock");

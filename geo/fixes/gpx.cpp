@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <pugixml.hpp>
 
 #include "core/atomic_file.h"
@@ -184,8 +185,13 @@ class GpxReading {
       fix.speed_mps = number(text, "speed", point);
   }
 
-  double coordinate(const pugi::xml_node& point, const char* name) const {
-    return number(point.attribute(name).value(), name, point);
+  /// Not a number where the attribute is empty.
+  double coordinate(const pugi::xml_node& point, const char* name) {
+    const pugi::xml_attribute attribute = point.attribute(name);
+    const bool is_empty = attribute && trimmed(attribute.value()).empty();
+    if (!is_empty) return number(attribute.value(), name, point);
+    ++table_.empty[fmt::format("point@{}", name)];
+    return std::numeric_limits<double>::quiet_NaN();
   }
 
   double number(std::string_view text, const char* what, const pugi::xml_node& point) const {
@@ -221,6 +227,7 @@ class GpxFixes final : public FixFormat {
   std::unique_ptr<FixFormat> clone() const override { return std::make_unique<GpxFixes>(*this); }
 
   FixTable read(const std::filesystem::path& file, const std::string& above) const override {
+    refuse_if_too_large(file);
     const std::string text = core::read_text_file(file, kMostBytes);
     pugi::xml_document document;
     const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());

@@ -13,6 +13,8 @@ namespace {
 constexpr std::string_view kBlanks = " \t\r\n";
 constexpr std::size_t kMostBytes = std::size_t{1} << 28;
 
+}  // namespace
+
 void refuse_if_too_large(const std::filesystem::path& file) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
@@ -22,8 +24,6 @@ void refuse_if_too_large(const std::filesystem::path& file) {
                "tenth row",
                file.string(), size >> 20, kMostBytes >> 20);
 }
-
-}  // namespace
 
 std::string text_of_recording(const std::filesystem::path& file) {
   refuse_if_too_large(file);

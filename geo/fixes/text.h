@@ -8,6 +8,9 @@
 
 namespace terracast::geo {
 
+/// throws   Input: larger than the 256 MB that are read of a recording
+void refuse_if_too_large(const std::filesystem::path& file);
+
 /// The text of a recording in UTF-8, without a byte order mark. Lines that end in \r alone end in \n.
 /// throws   Io: no such file; Input: larger than 256 MB, UTF-16, or bytes of value 0
 std::string text_of_recording(const std::filesystem::path& file);

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "geo/fixes/fix_format.h"
@@ -56,7 +57,7 @@ class TumFixes final : public FixFormat {
       if (table.fixes.size() >= kMostFixes)
         fail(ErrorKind::Input, "{}: more than {} poses", file.string(), kMostFixes);
       table.fixes.push_back(
-          fix_of(content, fmt::format("{}, line {}", file.string(), line_number), table.ledger));
+          fix_of(content, fmt::format("{}, line {}", file.string(), line_number), table));
       table.fixes.back().line = line_number;
     }
     const auto num_poses = static_cast<std::int64_t>(table.fixes.size());
@@ -66,13 +67,41 @@ class TumFixes final : public FixFormat {
   }
 
  private:
-  /// Counts fields beyond the eight.
-  Fix fix_of(std::string_view line, const std::string& where, core::Ledger& ledger) const {
-    constexpr std::size_t kOfAMatrix = 12;
+  /// Counts fields beyond the eight, and those that say nan: where a tracker was lost.
+  Fix fix_of(std::string_view line, const std::string& where, FixTable& table) const {
     const std::vector<std::string_view> words = words_of(line);
-    double values[kNumFields];
+    const std::array<double, kNumFields> values = values_of(line, words, where);
+    for (std::size_t i = 0; i < kNumFields; ++i)
+      if (std::isnan(values[i])) ++table.empty[std::string(kFields[i])];
+    for (std::size_t i = kNumFields; i < words.size(); ++i)
+      table.ledger.miss(fmt::format("field {}", i + 1));
+    if (unix_times_ && !std::isnan(values[0]) && !is_unix_time(values[0]))
+      fail(ErrorKind::Input,
+           "{}: timestamp = {} is no time between 1900 and 2200 in seconds since 1970; times from "
+           "another zero have unix_times = false",
+           where, words[0].substr(0, 80));
+    Fix fix;
+    fix.time_s = values[0];
+    fix.place = {values[1], values[2], values[3]};
+    const Eigen::Quaterniond rotation(values[7], values[4], values[5], values[6]);
+    if (!rotation.coeffs().allFinite()) return fix;
+    constexpr double kNormTolerance = 0.01;
+    if (std::abs(rotation.norm() - 1.0) > kNormTolerance)
+      fail(ErrorKind::Input, "{}: the quaternion has length {:.4f}; rotations have 1", where,
+           rotation.norm());
+    fix.attitude = rotation.normalized() * axes_from_body(attitude_axes_);
+    return fix;
+  }
+
+  static std::array<double, kNumFields> values_of(std::string_view line,
+                                                  const std::vector<std::string_view>& words,
+                                                  const std::string& where) {
+    constexpr std::size_t kOfAMatrix = 12;
+    std::array<double, kNumFields> values;
+    values.fill(std::numeric_limits<double>::quiet_NaN());
     bool are_numbers = words.size() >= kNumFields && words.size() != kOfAMatrix;
     for (std::size_t i = 0; are_numbers && i < kNumFields; ++i) {
+      if (in_lower_case(words[i]) == "nan") continue;
       const auto value = number_of(words[i]);
       are_numbers = value.has_value();
       if (value) values[i] = *value;
@@ -84,23 +113,7 @@ class TumFixes final : public FixFormat {
            line.find(',') != std::string_view::npos ? "; format = \"csv\" reads tables with commas"
            : words.size() == kOfAMatrix             ? ", not the twelve of a matrix"
                                                     : "");
-    for (std::size_t i = kNumFields; i < words.size(); ++i)
-      ledger.miss(fmt::format("field {}", i + 1));
-    if (unix_times_ && !is_unix_time(values[0]))
-      fail(ErrorKind::Input,
-           "{}: timestamp = {} is no time between 1900 and 2200 in seconds since 1970; times from "
-           "another zero have unix_times = false",
-           where, words[0].substr(0, 80));
-    const Eigen::Quaterniond rotation(values[7], values[4], values[5], values[6]);
-    constexpr double kNormTolerance = 0.01;
-    if (std::abs(rotation.norm() - 1.0) > kNormTolerance)
-      fail(ErrorKind::Input, "{}: the quaternion has length {:.4f}; rotations have 1", where,
-           rotation.norm());
-    Fix fix;
-    fix.time_s = values[0];
-    fix.place = {values[1], values[2], values[3]};
-    fix.attitude = rotation.normalized() * axes_from_body(attitude_axes_);
-    return fix;
+    return values;
   }
 
   std::string attitude_axes_ = "rdf";

@@ -66,6 +66,9 @@ TEST_F(GpxFiles, EmptyElementsAreNotThereAndAreCounted) {
   const FixTable times = read("gpx", "", track(point("<time/>") + point("<time> </time>")));
   EXPECT_TRUE(std::isnan(times.fixes[0].time_s));
   EXPECT_EQ(times.empty.at("point/time"), 2u);
+  const FixTable nowhere = read("gpx", "", track("<trkpt lat=\"\" lon=\"1\"/>" + point("")));
+  EXPECT_FALSE(nowhere.fixes.at(0).has_level_place());
+  EXPECT_EQ(nowhere.empty.at("point@lat"), 1u);
   // What is there and is wrong is refused, with the line.
   EXPECT_NE(refused("gpx", "", track("\n\n" + point("<ele>high</ele>"))).find("line 3, point 0"),
             std::string::npos);

@@ -200,6 +200,17 @@ TEST_F(Fixes, TumHoldsPosesOfACamera) {
   EXPECT_EQ(table.fixes[0].place, Eigen::Vector3d(1, 2, 3));
   // A quarter turn back about x stands the camera's z up along the file's y.
   EXPECT_LT((forward(*table.fixes[0].attitude) - Eigen::Vector3d(0, 1, 0)).norm(), 1e-15);
+  // Where a tracker was lost.
+  const FixTable lost = read("tum", "", "1 nan nan nan nan nan nan nan\n2 1 2 3 0 0 0 1\n");
+  EXPECT_FALSE(lost.fixes.at(0).has_place());
+  EXPECT_FALSE(lost.fixes.at(0).attitude);
+  EXPECT_TRUE(lost.fixes.at(1).has_place());
+  EXPECT_EQ(lost.empty.at("qw"), 1u);
+  EXPECT_NE(refused("tum", "", "1 0 0 0 0 1 0 0 0 0 1 0\n").find("twelve of a matrix"),
+            std::string::npos);
+  EXPECT_NE(refused("tum", "unix_times = true", "1585840798000 2 3 4 0 0 0 1\n")
+                .find("unix_times = false"),
+            std::string::npos);
   EXPECT_NE(refused("tum", "", "1 2 3 4 5 6 7\n").find("line 1"), std::string::npos);
   EXPECT_NE(refused("tum", "", "0 0 0 0 0 0 0 0\n").find("quaternion"), std::string::npos);
 }
