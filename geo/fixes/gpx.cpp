@@ -48,7 +48,7 @@ class GpxReading {
         }
       if (is_kind) continue;
       if (names_.is(child, "extensions"))
-        names_.count_extensions(child, table_.ledger);
+        names_.count_extensions(child, "gpx/extensions", table_.ledger);
       else
         table_.ledger.count(names_.name_of(child), known_gpx_names());
     }
@@ -109,7 +109,7 @@ class GpxReading {
       if (child.type() != pugi::node_element) continue;
       const std::string path = fmt::format("{}/{}", name, names_.name_of(child));
       if (names_.is(child, "extensions")) {
-        names_.count_extensions(child, table_.ledger);
+        names_.count_extensions(child, fmt::format("{}/extensions", name), table_.ledger);
         continue;
       }
       table_.ledger.count(path, known_gpx_names());
@@ -145,7 +145,7 @@ class GpxReading {
   void take(const pugi::xml_node& point, const pugi::xml_node& child, const std::string& name,
             Fix& fix) {
     if (names_.is(child, "extensions")) {
-      names_.count_extensions(child, table_.ledger);
+      names_.count_extensions(child, "extensions", table_.ledger);
       take_speed(point, child, fix);
       return;
     }

@@ -13,6 +13,8 @@ constexpr std::string_view kOfQuality = "how good the fix is; sigma_m says that 
 constexpr std::string_view kOfAPerson = "of the person or the device, not of the motion";
 constexpr std::string_view kOfACourse = "follows from the way that is flown";
 
+constexpr std::string_view kOfAMap = "how a map draws it";
+
 // By GPX 1.0 and 1.1 (topografix.com), and Garmin's TrackPointExtension 1 and 2.
 constexpr std::array kKnown = {
     core::KnownName{"trk", "a track, whose segments are parts"},
@@ -61,6 +63,12 @@ constexpr std::array kKnown = {
     core::KnownName{"extensions/atemp", "the air's temperature there", false},
     core::KnownName{"extensions/wtemp", "the water's temperature there", false},
     core::KnownName{"extensions/depth", "of a diver", false},
+    core::KnownName{"trk/extensions/TrackExtension", kOfAMap, false},
+    core::KnownName{"trk/extensions/DisplayColor", kOfAMap, false},
+    core::KnownName{"trk/extensions/line", kOfAMap, false},
+    core::KnownName{"trk/extensions/color", kOfAMap, false},
+    core::KnownName{"trk/extensions/opacity", kOfAMap, false},
+    core::KnownName{"trk/extensions/width", kOfAMap, false},
 };
 
 constexpr std::array<std::string_view, 10> kOfAnyPart = {
@@ -101,8 +109,15 @@ std::string_view local_name(std::string_view qualified) {
 std::string namespace_of(const pugi::xml_node& element) {
   const std::string_view prefix = prefix_of(element.name());
   const std::string wanted = prefix.empty() ? "xmlns" : fmt::format("xmlns:{}", prefix);
-  for (pugi::xml_node at = element; at; at = at.parent())
+  // Deeper down than any file of its own accord only the declarations of the top count: else a file could make each
+  // look as long as it is deep.
+  constexpr int kMostLevels = 32;
+  pugi::xml_node at = element;
+  for (int level = 0; at && level < kMostLevels; ++level, at = at.parent())
     if (const pugi::xml_attribute declared = at.attribute(wanted.c_str())) return declared.value();
+  if (at)
+    if (const pugi::xml_attribute declared = element.root().first_child().attribute(wanted.c_str()))
+      return declared.value();
   return prefix.empty() ? "" : fmt::format("{}:", prefix);
 }
 
@@ -128,12 +143,13 @@ void GpxNames::count_attributes(const pugi::xml_node& element, std::string_view 
   }
 }
 
-void GpxNames::count_extensions(const pugi::xml_node& extensions, core::Ledger& ledger) const {
+void GpxNames::count_extensions(const pugi::xml_node& extensions, std::string_view path,
+                                core::Ledger& ledger) const {
   // Depth first without recursion, which a hostile file could make as deep as it likes.
   pugi::xml_node at = extensions.first_child();
   while (at && at != extensions) {
     if (at.type() == pugi::node_element) {
-      const std::string name = fmt::format("extensions/{}", name_of(at));
+      const std::string name = fmt::format("{}/{}", path, name_of(at));
       ledger.count(name, known_gpx_names());
       count_attributes(at, name, ledger);
     }

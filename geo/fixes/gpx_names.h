@@ -29,8 +29,9 @@ class GpxNames {
   /// Counts an element's own attributes, as "trkpt@lat"; declarations of namespaces are none.
   void count_attributes(const pugi::xml_node& element, std::string_view name,
                         core::Ledger& ledger) const;
-  /// Counts all that stands below <extensions>, as "extensions/hr".
-  void count_extensions(const pugi::xml_node& extensions, core::Ledger& ledger) const;
+  /// Counts all that stands below <extensions>, as "extensions/hr" where the path is "extensions".
+  void count_extensions(const pugi::xml_node& extensions, std::string_view path,
+                        core::Ledger& ledger) const;
 
  private:
   std::string namespace_;  ///< of <gpx>

@@ -132,6 +132,18 @@ TEST_F(GpxFiles, SpeedsOfGpx10AndOfKnownExtensionsAreReadAndOthersAreNot) {
             4.0);
 }
 
+TEST_F(GpxFiles, ExtensionsOfATrackAreNotThoseOfItsPoints) {
+  const FixTable table =
+      read("gpx", "",
+           "<gpx><extensions><speed>1</speed></extensions><trk><extensions><speed>2"
+           "</speed><color>red</color></extensions><trkseg>" +
+               point("") + "</trkseg></trk></gpx>");
+  EXPECT_FALSE(table.fixes[0].speed_mps);
+  EXPECT_EQ(table.ledger.entries().at("gpx/extensions/speed").num_unknown, 1);
+  EXPECT_EQ(table.ledger.entries().at("trk/extensions/speed").num_unknown, 1);
+  EXPECT_EQ(table.ledger.entries().at("trk/extensions/color").num_ignored, 1);
+}
+
 TEST_F(GpxFiles, ExtensionsOfAnyDepthAreCountedWithoutRecursion) {
   constexpr int kDepth = 20000;
   std::string deep;

@@ -138,6 +138,59 @@ TEST_F(FixLaws, TablesAreWholeAndWithoutContradictions) {
   }
 }
 
+// Files are cut short, and bytes of them are others: each ends in an error of the file, or in a table.
+TEST_F(FixLaws, FilesCutShortOrWithAnotherByteEndInAnErrorOrATable) {
+  std::vector<Sample> all = samples();
+  const auto add = [&](const char* format, const char* keys, const char* text) {
+    all.push_back({format, keys, "home",
+                   [=](bool) {
+                     return std::vector<std::pair<std::string, std::string>>{{"recording", text}};
+                   },
+                   ""});
+  };
+  add("srt", "order = \"lon_lat\"",
+      "1\n00:00:01,000 --> 00:00:02,000\n<font size=\"36\">F/2.8, SS 60, EV: Fnum:2, LeCurve(64) "
+      "(1,2,), GPS (-82.5, "
+      "27.5, 10), HOME(W: 1, N: 2) 2019.9.8 16:49:24\\NReH:4 H 1.25m, F.PRY (2.7°, -7.0°, "
+      "110.1°)</font>\n");
+  add("csv", "angle_unit = \"dms\"\ntime_unit = \"text\"",
+      "# c\n#time_s,latitude_deg,longitude_deg,height_m\n2020-04-02T15:19:58.5+02:00,\"46° 30' "
+      "12\"\" N\",7 E,3\n");
+  add("gpx", "",
+      "<g:gpx xmlns:g=\"u\"><g:rte><g:rtept lat=\"1\" "
+      "lon=\"2\"><g:time>2020-04-02T15:19:58Z</g:time><g:extensions>"
+      "<g:speed>3</g:speed></g:extensions></g:rtept></g:rte></g:gpx>");
+  std::size_t num_tables = 0;
+  for (const Sample& sample : all) {
+    if (std::string_view(sample.format) == "oxts")
+      continue;  // of files that tum's reader has the like of
+    const std::string text = sample.files(true).front().second;
+    const auto format = test::format_from(sample.format, sample.keys);
+    const auto try_to_read = [&](const std::string& damaged) {
+      try {
+        format->read(written("recording", damaged), sample.above);
+        ++num_tables;
+      } catch (const core::Error& error) {
+        EXPECT_TRUE(error.kind() == core::ErrorKind::Input ||
+                    error.kind() == core::ErrorKind::Config)
+            << error.what() << "\n"
+            << damaged;
+      }
+    };
+    // Each byte in turn becomes one of these, and each second one is the last.
+    constexpr std::string_view kOthers("\0\n\",(:-9\xC2#<", 11);
+    for (std::size_t at = 0; at < text.size(); ++at) {
+      if (at % 2 == 0) try_to_read(text.substr(0, at));
+      for (const std::size_t shift : {0u, 5u}) {
+        std::string damaged = text;
+        damaged[at] = kOthers[(at + shift) % kOthers.size()];
+        try_to_read(damaged);
+      }
+    }
+  }
+  EXPECT_GT(num_tables, 500u);  // most of what changes is no more than a name or a number
+}
+
 /// A recording that has places and times, but no heights.
 struct WithoutHeights {
   const char* format;
