@@ -114,7 +114,7 @@ class GpxReading {
       }
       table_.ledger.count(path, known_gpx_names());
       if (name == "trk" && names_.is(child, "trkseg")) read_part(child, "trkseg");
-      if (!names_.is(child, name == "rte" ? "rtept" : "trkpt") || name == "trk") continue;
+      if (!names_.is(child, name == "rte" ? "rtept" : "trkpt")) continue;
       add_point(child, is_first);
       is_first = false;
     }

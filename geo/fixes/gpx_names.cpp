@@ -20,6 +20,7 @@ constexpr std::array kKnown = {
     core::KnownName{"trk", "a track, whose segments are parts"},
     core::KnownName{"trk/trkseg", "a part"},
     core::KnownName{"trkseg/trkpt", "a fix"},
+    core::KnownName{"trk/trkpt", "a fix of a track that was written without segments"},
     core::KnownName{"rte", "a route: a part, where points says so, or there are no tracks"},
     core::KnownName{"rte/rtept", "a fix of a route"},
     core::KnownName{"wpt", "a fix, where points says so"},

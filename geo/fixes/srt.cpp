@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "core/error.h"
 #include "geo/fixes/fix_format.h"
@@ -56,6 +57,28 @@ std::vector<Cue> cues_of(std::string_view text) {
 
 /// The fields of a subtitle by name; of several of one name the first.
 using Fields = std::map<std::string, std::string>;
+
+/// How a unit is written, and what one of it is in metres, m/s or degrees.
+struct UnitName {
+  std::string_view name;
+  double factor;
+};
+constexpr std::array kLengths = {UnitName{"", 1.0}, UnitName{"m", 1.0},
+                                 UnitName{"ft", metres_from_feet(1.0)}};
+constexpr std::array kSpeeds = {UnitName{"", 1.0}, UnitName{"m/s", 1.0},
+                                UnitName{"km/h", 1.0 / 3.6}, UnitName{"mph", 0.44704}};
+constexpr std::array kAngles = {UnitName{"", 1.0}, UnitName{"\u00B0", 1.0}, UnitName{"deg", 1.0}};
+
+/// A number with its unit: "85.80m", "0.3M", "281.5ft". Nothing where the unit is another.
+std::optional<double> number_with_unit(std::string_view text, std::span<const UnitName> units) {
+  const std::string_view whole = trimmed(text);
+  const std::size_t end = std::min(whole.find_first_not_of("+-.0123456789"), whole.size());
+  const auto value = number_of(whole.substr(0, end));
+  const std::string unit = in_lower_case(trimmed(whole.substr(end)));
+  for (const UnitName& one : units)
+    if (value && unit == one.name) return *value * one.factor;
+  return std::nullopt;
+}
 
 /// The numbers between commas; empty where one is none.
 std::vector<double> numbers_of(std::string_view values) {
@@ -180,20 +203,21 @@ class SrtReading {
     return fields;
   }
 
-  /// The number of a field; one that is none is counted.
-  std::optional<double> number(const Fields& fields, const char* name) {
+  /// The number of a field; one that is none, or is in a unit that is not known, is counted.
+  std::optional<double> number(const Fields& fields, const char* name,
+                               std::span<const UnitName> units) {
     const auto found = fields.find(name);
     if (found == fields.end()) return std::nullopt;
-    const auto value = leading_number(found->second);
+    const auto value = number_with_unit(found->second, units);
     if (!value) table_.ledger.misunderstand(name, found->second);
     return value;
   }
 
   template <std::size_t kCount>
-  std::optional<double> first_of(const Fields& fields,
-                                 const std::array<const char*, kCount>& names) {
+  std::optional<double> first_of(const Fields& fields, const std::array<const char*, kCount>& names,
+                                 std::span<const UnitName> units) {
     for (const char* name : names)
-      if (const auto value = number(fields, name)) return value;
+      if (const auto value = number(fields, name, units)) return value;
     return std::nullopt;
   }
 
@@ -244,8 +268,8 @@ class SrtReading {
   Fix fix_of(Fields fields) {
     for (const char* name : {"gps", "rtk", "home"}) take_third(fields, name);
     Fix fix;
-    const auto latitude = number(fields, "latitude");
-    const auto longitude = first_of(fields, std::array{"longitude", "longtitude"});
+    const auto latitude = number(fields, "latitude", kAngles);
+    const auto longitude = first_of(fields, std::array{"longitude", "longtitude"}, kAngles);
     std::optional<Eigen::Vector2d> pair;
     if (latitude && longitude) pair = Eigen::Vector2d(*latitude, *longitude);
     for (const char* name : {"gps", "rtk"})
@@ -253,17 +277,18 @@ class SrtReading {
     // Zeros stand where the receiver has no place yet.
     if (pair && pair->isZero(0.0)) pair.reset();
     if (pair) fix.place.head<2>() = *pair * options_.degrees_per_unit;
-    const auto above_home = first_of(fields, kAboveHome), of_its_own = first_of(fields, kOfItsOwn);
+    const auto above_home = first_of(fields, kAboveHome, kLengths),
+               of_its_own = first_of(fields, kOfItsOwn, kLengths);
     num_above_home_ += pair && above_home ? 1 : 0;
     num_of_their_own_ += pair && of_its_own ? 1 : 0;
     const auto height = above_ == "home" ? above_home : of_its_own;
     if (height && !is_without_heights()) fix.place.z() = *height;
     fix.attitude = angles_of(fields, "f.pry");
     fix.gimbal = angles_of(fields, "g.pry");
-    const auto yaw = number(fields, "gb_yaw"), pitch = number(fields, "gb_pitch"),
-               roll = number(fields, "gb_roll");
+    const auto yaw = number(fields, "gb_yaw", kAngles), pitch = number(fields, "gb_pitch", kAngles),
+               roll = number(fields, "gb_roll", kAngles);
     if (yaw && pitch && roll) fix.gimbal = attitude_of({*pitch, *roll, *yaw});
-    fix.speed_mps = number(fields, "h.s");
+    fix.speed_mps = number(fields, "h.s", kSpeeds);
     return fix;
   }
 

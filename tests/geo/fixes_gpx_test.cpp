@@ -153,6 +153,14 @@ TEST_F(GpxFiles, ExtensionsOfAnyDepthAreCountedWithoutRecursion) {
   EXPECT_EQ(table.ledger.entries().at("extensions/y").num_unknown, kDepth);
 }
 
+TEST_F(GpxFiles, TracksWithoutSegmentsAreAPart) {
+  const FixTable table = read(
+      "gpx", "", "<gpx><trk>" + point("") + point("") + "</trk><trk>" + point("") + "</trk></gpx>");
+  ASSERT_EQ(table.fixes.size(), 3u);
+  EXPECT_FALSE(table.fixes[1].starts_part);
+  EXPECT_TRUE(table.fixes[2].starts_part);
+}
+
 TEST_F(GpxFiles, TimesWithoutAZoneAreUtcAndTold) {
   const FixTable table = read("gpx", "",
                               track(point("<time>2010-10-03T09:36:30</time>") +

@@ -177,10 +177,10 @@ TEST_F(FixLaws, FilesCutShortOrWithAnotherByteEndInAnErrorOrATable) {
             << damaged;
       }
     };
-    // Each byte in turn becomes one of these, and each second one is the last.
+    // Each third byte in turn becomes one of these, and is the last.
     constexpr std::string_view kOthers("\0\n\",(:-9\xC2#<", 11);
-    for (std::size_t at = 0; at < text.size(); ++at) {
-      if (at % 2 == 0) try_to_read(text.substr(0, at));
+    for (std::size_t at = 0; at < text.size(); at += 3) {
+      try_to_read(text.substr(0, at));
       for (const std::size_t shift : {0u, 5u}) {
         std::string damaged = text;
         damaged[at] = kOthers[(at + shift) % kOthers.size()];
@@ -188,7 +188,7 @@ TEST_F(FixLaws, FilesCutShortOrWithAnotherByteEndInAnErrorOrATable) {
       }
     }
   }
-  EXPECT_GT(num_tables, 500u);  // most of what changes is no more than a name or a number
+  EXPECT_GT(num_tables, all.size());  // a digit that is another is a number still
 }
 
 /// A recording that has places and times, but no heights.

@@ -152,6 +152,26 @@ TEST_F(SrtFiles, LettersThatContradictTheirSignsAreNotUnderstoodAndCounted) {
   }
 }
 
+TEST_F(SrtFiles, UnitsAreThoseThatTheFileStates) {
+  const auto height_m = [&](const std::string& field) {
+    const FixTable table = read("srt", "",
+                                cue("[latitude: 1] [longitude: 2] [rel_alt: 7]") +
+                                    cue("[latitude: 1] [longitude: 2] " + field, 2),
+                                "home");
+    if (table.ledger.entries().at("h").num_not_understood() > 0) return -1.0;
+    return table.fixes[1].place.z();
+  };
+  EXPECT_EQ(height_m("H 80.5m"), 80.5);
+  EXPECT_EQ(height_m("H 80.5M"), 80.5);
+  EXPECT_EQ(height_m("H 80.5"), 80.5);
+  EXPECT_NEAR(height_m("H 100ft"), 30.48, 1e-12);
+  EXPECT_EQ(height_m("H 80.5yd"), -1.0);
+  EXPECT_EQ(height_m("H -"), -1.0);
+  const FixTable speeds =
+      read("srt", "", cue("[latitude: 1] [longitude: 2] [abs_alt: 7] H.S 36km/h"));
+  EXPECT_NEAR(*speeds.fixes[0].speed_mps, 10.0, 1e-12);
+}
+
 TEST_F(SrtFiles, FramesOfThirtyAndSixtyASecondKeepTheirTimes) {
   for (const int rate : {30, 60}) {
     std::string text;
