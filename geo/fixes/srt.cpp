@@ -162,7 +162,7 @@ class SrtReading {
   void add(const Cue& cue) {
     std::optional<double> start_s;
     const Fields fields = fields_of(cue, start_s);
-    const auto date = fields.find("date");
+    const auto date = fields.find(kSrtDate);
     if (!start_s && date == fields.end())
       fail(ErrorKind::Input,
            "{}: no subtitle: its first lines are to be a number and 00:00:01,000 --> 00:00:02,000, "
@@ -175,6 +175,7 @@ class SrtReading {
     dates_s_.emplace_back();
     if (date != fields.end()) {
       const auto time = stated_time(date->second, options_.utc_offset_h);
+      TERRACAST_CHECK(time, "srt_fields() takes {} for a date", date->second);
       dates_s_.back() = time->unix_s;
       num_without_zone_ += time->has_zone ? 0 : 1;
     }

@@ -15,7 +15,7 @@ constexpr std::string_view kOfDistance = "follows from the places";
 
 // By the subtitles of DJI's Mavic, Mini, Air, Phantom, Matrice and Zenmuse, and Autel's EVO.
 constexpr std::array kKnown = {
-    core::KnownName{"date", "time"},
+    core::KnownName{kSrtDate, "time"},
     core::KnownName{"latitude", "latitude"},
     core::KnownName{"longitude", "longitude"},
     core::KnownName{"longtitude", "longitude"},
@@ -137,7 +137,7 @@ class FieldScanner {
         continue;
       else if (is_letter(text_[at_]))
         fields.push_back(next_field());
-      else if (text_[at_] == '(' && !fields.empty())
+      else if (text_[at_] == '(' && !fields.empty() && fields.back().name != kSrtDate)
         fields.back().value += " (" + in_brackets() + ")";  // of "LeCurve(64) (1024,1024)"
       else
         fields.push_back({std::string(word_without_blanks()), ""});
@@ -163,7 +163,7 @@ class FieldScanner {
       const std::string_view text = trimmed(text_.substr(at_, end - at_));
       const bool is_whole = !text.empty() && (is_digit(text.back()) || text.back() == 'Z');
       if (!is_whole || !stated_time(text, 0.0)) continue;
-      fields.push_back({"date", std::string(text)});
+      fields.push_back({kSrtDate, std::string(text)});
       at_ = end;
       return true;
     }

@@ -16,6 +16,8 @@ struct SrtField {
   std::string value;
 };
 
+inline constexpr const char* kSrtDate = "date and time";
+
 /// What the reader of subtitles makes of fields.
 std::span<const core::KnownName> known_srt_fields();
 
@@ -24,7 +26,7 @@ std::string srt_text(std::string_view lines);
 
 /// The fields of a subtitle in all the wordings that aircraft write: [name : value], [a: 1 b: 2], NAME(values),
 /// NAME (values), NAME:value, NAME value and F/2.8. Words without a value have an empty one.
-/// A date and time of day is the field "date".
+/// A date and time of day that stands by itself is the field kSrtDate, which no field of a file is called.
 std::vector<SrtField> srt_fields(std::string_view text);
 
 /// The number at the front of a text, without what follows ("-57.98m", "2.7 deg").

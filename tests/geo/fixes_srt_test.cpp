@@ -45,13 +45,15 @@ TEST(SrtFields, AreFoundInAllWordings) {
                 "120.08, 30.21, 103.55m"},
            Case{"ISO:100 Shutter:60 EV: Fnum:2.2", "fnum", "2.2"},
            Case{"ISO:100 Shutter:60 EV: Fnum:2.2", "ev", ""},
-           Case{"HOME(149.0,-20.2) 2017.08.05 14:11:51\nGPS(1,2,3)", "date", "2017.08.05 14:11:51"},
-           Case{"2020-04-02 15:19:58,720,764\n[iso : 100]", "date", "2020-04-02 15:19:58,720,764"},
-           Case{"2024-01-18 10:23:26.397", "date", "2024-01-18 10:23:26.397"},
+           Case{"HOME(149.0,-20.2) 2017.08.05 14:11:51\nGPS(1,2,3)", kSrtDate,
+                "2017.08.05 14:11:51"},
+           Case{"2020-04-02 15:19:58,720,764\n[iso : 100]", kSrtDate,
+                "2020-04-02 15:19:58,720,764"},
+           Case{"2024-01-18 10:23:26.397", kSrtDate, "2024-01-18 10:23:26.397"},
            Case{"HOME(-117.9, 33.6) 2019.9.8 16:49:24\\NGPS(W: 117.9, N: 33.6, -37) ReH:4 "
                 "\\NISO:100",
                 "reh", "4"},
-           Case{"HOME(-117.9, 33.6) 2019.9.8 16:49:24\\NGPS(W: 117.9, N: 33.6, -37)", "date",
+           Case{"HOME(-117.9, 33.6) 2019.9.8 16:49:24\\NGPS(W: 117.9, N: 33.6, -37)", kSrtDate,
                 "2019.9.8 16:49:24"},
            Case{"M.M AE_METER_CENTER, A.T (126,109), Isp Info (PIPE 1,ADJ 0,De 0) GPS (-2.5, 52.0, "
                 "15)",
@@ -212,6 +214,19 @@ TEST_F(SrtFiles, SubtitlesWithoutTimingsTakeTheirDatesAndThoseWithoutBlankLinesS
   EXPECT_EQ(mixed.fixes[0].time_s, 1501942311.0);
   EXPECT_TRUE(std::isnan(mixed.fixes[1].time_s));
   EXPECT_NE(remarks_of(mixed).find("1 of 2 subtitles have no date"), std::string::npos);
+}
+
+TEST_F(SrtFiles, AFieldThatIsCalledDateIsNotTakenForOne) {
+  const FixTable table =
+      read("srt", "", cue("[date: soon] [latitude: 1] [longitude: 2] [abs_alt: 3]"));
+  EXPECT_FALSE(table.has_utc);
+  EXPECT_EQ(table.fixes[0].time_s, 1.0);
+  EXPECT_EQ(table.ledger.entries().at("date").num_unknown, 1);
+  // Nor does one take what stands behind it for its own.
+  const FixTable dated =
+      read("srt", "", cue("2017.08.05 14:11:51 (local) [latitude: 1] [longitude: 2] [abs_alt: 3]"));
+  EXPECT_EQ(dated.fixes[0].time_s, 1501942311.0);
+  EXPECT_EQ(dated.ledger.entries().at("(local)").num_unknown, 1);
 }
 
 TEST_F(SrtFiles, RadiansAreReadWhereTheKeySaysSo) {
