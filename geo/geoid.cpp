@@ -217,8 +217,7 @@ fs::path find_gtx() {
     searched += (searched.empty() ? "" : ", ") + folder.string();
   }
   core::fail(core::ErrorKind::Io,
-             "{} is in none of PROJ's data folders ({}); install the package proj-data, or set "
-             "PROJ_DATA to the folder that has it",
+             "{} is in none of PROJ's data folders ({}); install the package proj-data, which has it",
              kGridFile, searched);
 }
 

@@ -15,6 +15,8 @@
 #include <string>
 #include <string_view>
 
+#include "tiler/gdal_options.h"
+
 namespace terracast::tiler {
 
 const char* const kRasterFormats[] = {
@@ -109,6 +111,7 @@ CPLHTTPResult* refuse_fetch(const char* address, CSLConstList, GDALProgressFunc,
 void register_gdal() {
   static std::once_flag once;
   std::call_once(once, [] {
+    state_gdal_options();
     take_drivers();
     close_folders();
     CPLHTTPSetFetchCallback(refuse_fetch, nullptr);

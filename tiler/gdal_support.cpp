@@ -16,7 +16,9 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "tiler/gdal_formats.h"
+#include "tiler/gdal_options.h"
 #include "tiler/terrain_tiles_source.h"
+#include "tiler/text_grids.h"
 
 namespace terracast::tiler {
 
@@ -218,6 +220,7 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
          "{}: cannot be opened as a raster; is it damaged or truncated, or of a format that leads "
          "to a network or is not read (gdal_translate makes a GeoTIFF of it)? ({})",
          file.written, errors.text());
+  read_text_grid_in_order(*dataset, file.written);
   return dataset;
 }
 
@@ -250,7 +253,7 @@ std::string content_hash_of(GDALDataset& dataset, const core::Path& file) {
   std::set<std::filesystem::path> files;
   add_files_of(dataset, 0, files);
   if (files.empty()) add_plain_file(gdal_path(file), files);
-  std::string all;
+  std::string all = gdal_identity() + "\n";
   for (const std::filesystem::path& one : files)
     all += one.extension().string() + " " + core::content_hash_of_file(one) + "\n";
   return core::content_hash(all);

@@ -40,7 +40,7 @@ std::string gdal_path(const core::Path& file);
 /// Opens what gdal_path() gives, or a folder of terrain tiles, by the formats of gdal_formats.h. An archive that unpacks to
 /// over a hundred times its size is not opened, nor what is no file, such as /vsicurl/ and /vsigzip/, neither here nor where
 /// a VRT names it (whose files that cannot be opened fail here, or when they are read).
-/// throws   Io: no such file; Input: an empty file, no raster, or one of those
+/// throws   Io: no such file; Input: an empty file, no raster, one of those, a grid of text that ends too early
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors);
 
 /// Opens what gdal_path() gives as features. Formats that only lead to other files or to servers (VRT,
@@ -51,7 +51,7 @@ GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& error
 /// Of the bytes of all files that an opened dataset is read from, whatever their folder: the file, an archive, those
 /// beside it that belong to it (.dbf, .prj, .msk, …), the tiles of a folder, and what a VRT names, VRTs in it too. What
 /// other programs note beside a raster (.aux.xml) is not among them: what it says of places and values is for the
-/// caller to take up.
+/// caller to take up. And of gdal_identity().
 /// cost     reads them once
 /// throws   Io: a file that cannot be read
 std::string content_hash_of(GDALDataset& dataset, const core::Path& file);

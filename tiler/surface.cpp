@@ -6,6 +6,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "core/environment.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
@@ -515,6 +516,10 @@ std::optional<double> TerrainSurface::measured_height_m(double lat_deg, double l
 std::shared_ptr<const WorldSurface> WorldSurface::prepare_ground(
     const WorldOptions& options, const core::Context& context, const std::filesystem::path& store) {
   const core::ThreadLimit limit(context.num_threads);
+  if (const auto& names = core::unheeded_variables(); !names.empty())
+    context.log.warn(
+        "variables of the environment that would change what files mean are not heeded: {}",
+        fmt::join(names, ", "));
   return std::make_shared<TerrainSurface>(options, context, store);
 }
 

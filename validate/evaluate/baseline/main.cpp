@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/atomic_file.h"
+#include "core/environment.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/progress.h"
@@ -179,6 +180,7 @@ void run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using terracast::core::Error;
+  terracast::core::settle_environment();
   const std::vector<std::string> words(argv + 1, argv + argc);
   try {
     if (words.size() == 1 && (words[0] == "--help" || words[0] == "-h")) {
