@@ -79,9 +79,16 @@ HorizontalCrs horizontal_crs(const OGRSpatialReference* declared, const std::str
     const char* name = nullptr;
     crs.GetTargetLinearUnits("VERT_CS", &name);
     if (name != nullptr) horizontal.vertical_unit = name;
+    const char* vertical = crs.GetAttrValue("COMPD_CS|VERT_CS");
+    const char* authority = crs.GetAuthorityName("COMPD_CS|VERT_CS");
+    const char* code = crs.GetAuthorityCode("COMPD_CS|VERT_CS");
+    horizontal.vertical_name = vertical == nullptr ? "unnamed" : vertical;
+    if (authority != nullptr && code != nullptr)
+      horizontal.vertical_name = fmt::format("{}:{} {}", authority, code, horizontal.vertical_name);
     // PROJ would apply a geoid of the vertical part, and ours would be the second.
     crs.StripVertical();
   }
+  horizontal.is_3d = crs.IsCompound() == FALSE && crs.GetAxesCount() == 3;
   crs.DemoteTo2D(nullptr);
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   if (crs.IsGeographic() == FALSE && crs.IsProjected() == FALSE)

@@ -17,6 +17,9 @@ struct HorizontalCrs {
   std::string name;           ///< "EPSG:32631 WGS 84 / UTM zone 31N"
   std::string wkt;            ///< WKT2:2019, in traditional axis order: longitude or easting first
   std::string vertical_unit;  ///< as the vertical part names it; empty where there is none
+  std::string
+      vertical_name;  ///< of the vertical part, with its code: "EPSG:5773 EGM96 height"; empty: none
+  bool is_3d = false;  ///< its own third axis: heights above the ellipsoid
   bool is_geographic = false;
 };
 

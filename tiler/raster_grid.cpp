@@ -69,12 +69,60 @@ void RasterGrid::place_samples(double near_lon_deg) {
   crs_from_sample_.linear() = linear;
   crs_from_sample_.translation() =
       Eigen::Vector2d(gt[0], gt[3]) + linear * Eigen::Vector2d(0.5, 0.5);
-  if (crs_.is_geographic) {
+  if (crs_.is_geographic) join_the_seam(near_lon_deg);
+  if (crs_.is_geographic && !goes_round_) {
     const Eigen::Vector2d middle =
         crs_from_sample_ * Eigen::Vector2d(0.5 * width(), 0.5 * height());
     crs_from_sample_.translation().x() -= 360.0 * std::round((middle.x() - near_lon_deg) / 360.0);
   }
   sample_from_crs_ = crs_from_sample_.inverse();
+}
+
+/// Within a pixel, a raster in longitude and latitude is as wide as the Earth: its steps are printed with few digits.
+void RasterGrid::join_the_seam(double near_lon_deg) {
+  std::array<double, 6>& gt = geotransform_;
+  if (gt[2] != 0.0 || gt[4] != 0.0) return;
+  const double columns = 360.0 / std::abs(gt[1]);
+  constexpr double kFewest =
+      4.0;  // of fewer the middle half, where columns are the file's, holds none
+  if (!(columns >= kFewest) || std::round(columns) > width_) return;
+  goes_round_ = true;
+  width_ = static_cast<int>(std::lround(columns));
+  // The file's column of the place, and how many turns lie between them.
+  const double column = (near_lon_deg - crs_from_sample_.translation().x()) / gt[1];
+  const double turns = std::floor((column + 0.5) / columns);
+  const double within = column - turns * columns;
+  double first = 0.0;
+  if (within < 0.25 * columns) first = -std::floor(0.5 * columns);
+  if (within >= 0.75 * columns) first = std::floor(0.5 * columns);
+  first_in_file_ = column_in_file(static_cast<int>(first));
+  gt[0] += first * gt[1];
+  crs_from_sample_.translation().x() += first * gt[1] + (gt[1] < 0.0 ? -360.0 : 360.0) * turns;
+}
+
+int RasterGrid::column_in_file(int column) const {
+  if (!goes_round_) return column;
+  const std::int64_t at = (std::int64_t{column} + first_in_file_) % width_;
+  return static_cast<int>(at < 0 ? at + width_ : at);
+}
+
+std::vector<WindowPart> RasterGrid::parts_of(const SampleWindow& window, int width) const {
+  std::vector<WindowPart> parts;
+  const auto buffer_column = [&](std::int64_t column) {
+    return static_cast<int>((column * width + window.width / 2) / window.width);
+  };
+  for (int done = 0; done < window.width;) {
+    WindowPart part{.in_file = window};
+    part.in_file.first_column = column_in_file(window.first_column + done);
+    part.in_file.width = goes_round_
+                             ? std::min(window.width - done, width_ - part.in_file.first_column)
+                             : window.width;
+    part.first_column = buffer_column(done);
+    done += part.in_file.width;
+    part.width = buffer_column(done) - part.first_column;
+    if (part.width > 0) parts.push_back(part);
+  }
+  return parts;
 }
 
 void RasterGrid::samples_from_geodetic(std::span<const geo::Geodetic> places,
@@ -188,6 +236,34 @@ world::RasterInfo RasterGrid::info(const std::string& name) const {
 
 std::string RasterGrid::description() const {
   return fmt::format("{} {} {} {}", crs_.wkt, width_, height_, fmt::join(geotransform_, " "));
+}
+
+namespace {
+
+template <class Sample>
+bool read_parts(GDALRasterBand& band, const RasterGrid& grid, const SampleWindow& window,
+                std::span<Sample> samples, GDALDataType type) {
+  constexpr auto kSample_bytes = static_cast<GSpacing>(sizeof(Sample));
+  TERRACAST_CHECK(std::ssize(samples) == window.num_samples(), "a buffer of another size");
+  for (const WindowPart& part : grid.parts_of(window)) {
+    const SampleWindow& at = part.in_file;
+    if (band.RasterIO(GF_Read, at.first_column, at.first_row, at.width, at.height,
+                      &samples[static_cast<std::size_t>(part.first_column)], part.width, at.height,
+                      type, kSample_bytes, kSample_bytes * window.width, nullptr) != CE_None)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool read_window(GDALRasterBand& band, const RasterGrid& grid, const SampleWindow& window,
+                 std::span<double> samples) {
+  return read_parts(band, grid, window, samples, GDT_Float64);
+}
+bool read_window(GDALRasterBand& band, const RasterGrid& grid, const SampleWindow& window,
+                 std::span<std::uint8_t> samples) {
+  return read_parts(band, grid, window, samples, GDT_Byte);
 }
 
 }  // namespace terracast::tiler

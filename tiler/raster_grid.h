@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "geo/geodesy.h"
 #include "tiler/crs_operation.h"
@@ -25,6 +27,13 @@ struct SampleWindow {
   std::int64_t num_samples() const { return std::int64_t{width} * height; }
 };
 
+/// A part of a window that lies together in the file.
+struct WindowPart {
+  SampleWindow in_file;
+  int first_column = 0;  ///< of the buffer that the window is read into
+  int width = 0;         ///< of the part, in the buffer's columns
+};
+
 /// How far apart samples stand on the ground.
 struct SampleSize {
   double spacing_m = 0.0;  ///< in the direction where samples are densest
@@ -35,6 +44,11 @@ struct SampleSize {
 /// Where the samples of a raster stand. They are the centres of its pixels: sample (i, j) at pixel
 /// (i + 0.5, j + 0.5) of GDAL's geotransform, whatever AREA_OR_POINT says (GDAL has shifted such files
 /// already).
+///
+/// A raster in longitude and latitude that goes round the Earth has no edge at its seam, wherever that is (180 degrees, 0,
+/// …) and however its pixels are registered: of columns that come twice the first counts, and where the world lies
+/// beyond a quarter of the way round from the middle, columns are counted from the middle. So the columns of samples
+/// are not always those of the file: parts_of() says which these are.
 ///
 /// threads   safe
 class RasterGrid {
@@ -47,14 +61,24 @@ class RasterGrid {
 
   const std::string& written() const { return written_; }
   const std::string& crs_name() const { return crs_.name; }
-  /// As the CRS's vertical part names it; empty where it has none.
-  const std::string& vertical_unit() const { return crs_.vertical_unit; }
+  const HorizontalCrs& crs() const { return crs_; }
   /// The PROJ pipeline from WGS84 longitude and latitude to the CRS; empty where nothing is to do.
   const std::string& pipeline() const { return pipeline_; }
   /// Says so when only a ballpark transformation leads to the CRS; empty otherwise.
   const std::string& warning() const { return warning_; }
+  /// Of all columns, of a raster that goes round the Earth once round.
   int width() const { return width_; }
   int height() const { return height_; }
+  bool goes_round() const { return goes_round_; }
+  /// The column of the file that a column of samples is; one that goes round counts on beyond its ends.
+  int column_in_file(int column) const;
+  /// In order; one part where the columns lie together in the file.
+  /// window   of samples: within the raster, or beyond its first and last columns where it goes round
+  /// width    of the buffer that it is read into, columns; fewer than the window's when it is read coarser
+  std::vector<WindowPart> parts_of(const SampleWindow& window, int width) const;
+  std::vector<WindowPart> parts_of(const SampleWindow& window) const {
+    return parts_of(window, window.width);
+  }
 
   /// Sample coordinates of places, and places (height 0) of sample coordinates.
   /// throws   Input: a place that the projection cannot hold
@@ -74,7 +98,7 @@ class RasterGrid {
   /// Sample coordinates of the world's square, at whatever height its ground lies.
   Eigen::AlignedBox2d box_of_square(const geo::WorldFrame& frame, double half_size_m) const;
 
-  /// Where its pixels lie, for the world's store.
+  /// Where its pixels lie, for the world's store; columns are those of samples.
   /// name   the file's, without folder
   world::RasterInfo info(const std::string& name) const;
 
@@ -85,11 +109,14 @@ class RasterGrid {
   void read_geotransform(GDALDataset& dataset);
   void find_pipeline(const geo::Geodetic& near, const GdalErrors& errors);
   void place_samples(double near_lon_deg);
+  void join_the_seam(double near_lon_deg);
 
   std::string written_;
   double near_lon_deg_;
   int width_;
   int height_;
+  bool goes_round_ = false;
+  int first_in_file_ = 0;  ///< the file's column of samples' column 0
   HorizontalCrs crs_;
   std::string pipeline_;
   std::string warning_;
@@ -99,5 +126,13 @@ class RasterGrid {
   std::unique_ptr<SharedTransformation> crs_from_geodetic_;
   std::unique_ptr<SharedTransformation> geodetic_from_crs_;
 };
+
+/// Reads a window of a band, or of a mask of one.
+/// samples   of the window, row by row; as many as it has
+/// returns   false: GDAL could not
+bool read_window(GDALRasterBand& band, const RasterGrid& grid, const SampleWindow& window,
+                 std::span<double> samples);
+bool read_window(GDALRasterBand& band, const RasterGrid& grid, const SampleWindow& window,
+                 std::span<std::uint8_t> samples);
 
 }  // namespace terracast::tiler

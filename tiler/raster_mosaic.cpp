@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
-#include "geo/units.h"
 #include "tiler/collar.h"
+#include "tiler/earth_heights.h"
 #include "tiler/mosaic_draft.h"
 #include "tiler/mosaic_gaps.h"
 #include "tiler/mosaic_sea.h"
@@ -88,23 +88,6 @@ void choose_grid(MosaicDraft& draft) {
   draft.mosaic.sample_size_m = draft.sample.sides_m;
 }
 
-/// Holes of -9999 that the file does not declare would be pits of 10 km.
-void refuse_undeclared_voids(const RasterSource& raster, const Grid<double>& heights_m) {
-  constexpr double kUsualMark = -9999.0;
-  std::int64_t num_marked = 0;
-  for (const double height_m : heights_m.values)
-    for (const double metres : {1.0, geo::metres_from_feet(1.0), 1200.0 / 3937.0})
-      if (height_m == kUsualMark * metres) {
-        ++num_marked;
-        break;
-      }
-  if (num_marked > 0)
-    fail(ErrorKind::Input,
-         "{}: {} samples are exactly -9999, which marks voids in many files, and this one does not "
-         "declare it; state nodata = \"-9999\", or \"none\" if they are heights",
-         raster.path(), num_marked);
-}
-
 /// The window's heights, without an undeclared collar.
 Grid<double> read_heights(MosaicDraft& draft, std::size_t index, const SampleWindow& window) {
   const RasterSource& raster = *draft.rasters[index].source;
@@ -121,7 +104,8 @@ Grid<double> read_heights(MosaicDraft& draft, std::size_t index, const SampleWin
   }
   for (const double height_m : heights_m.values)
     if (std::isnan(height_m)) ++draft.mosaic.sources[index].num_voids;
-  if (draft.rasters[index].entry->nodata == "declared") refuse_undeclared_voids(raster, heights_m);
+  refuse_undeclared_fills(raster, heights_m, draft.rasters[index].entry->nodata);
+  refuse_ground_beyond_earth(raster, *draft.rasters[index].entry, window, heights_m);
   return heights_m;
 }
 
@@ -137,10 +121,13 @@ void add_aligned(MosaicDraft& draft, std::size_t index, const Eigen::Vector2i& o
   // Column 0 of the mosaic is this column of the raster.
   const Eigen::Vector2i first = draft.mosaic.first_sample - offset;
   SampleWindow window;
-  window.first_column = std::clamp(first.x(), 0, grid.width());
   window.first_row = std::clamp(first.y(), 0, grid.height());
-  window.width =
-      std::clamp(first.x() + draft.mosaic.heights_m.width, 0, grid.width()) - window.first_column;
+  window.first_column = first.x();
+  window.width = draft.mosaic.heights_m.width;
+  if (!grid.goes_round()) {
+    window.first_column = std::clamp(first.x(), 0, grid.width());
+    window.width = std::clamp(first.x() + window.width, 0, grid.width()) - window.first_column;
+  }
   window.height =
       std::clamp(first.y() + draft.mosaic.heights_m.height, 0, grid.height()) - window.first_row;
   if (window.is_empty()) return;
@@ -200,8 +187,17 @@ void add_resampled(MosaicDraft& draft, std::size_t index) {
   // The mosaic reaches some of its samples beyond the square; these may be more of the other's, or
   // fewer.
   const Eigen::Array2d margin = 8.0 + 0.05 * box.sizes().array();
-  const Eigen::Array2d low = (box.min().array().floor() - margin).max(0.0).min(last + 1.0);
-  const Eigen::Array2d high = (box.max().array().ceil() + margin).min(last).max(-1.0);
+  Eigen::Array2d low = box.min().array().floor() - margin;
+  Eigen::Array2d high = box.max().array().ceil() + margin;
+  const double low_x = low.x(), high_x = high.x();
+  low = low.max(0.0).min(last + 1.0);
+  high = high.min(last).max(-1.0);
+  if (grid.goes_round()) {  // about its seam, which lies half-way round, samples are taken twice
+    low.x() = std::max(low_x, -0.5 * grid.width());
+    high.x() = std::min(high_x, 1.5 * grid.width());
+    low.x() = std::floor(low.x());
+    high.x() = std::ceil(high.x());
+  }
   SampleWindow window;
   window.first_column = static_cast<int>(low.x());
   window.first_row = static_cast<int>(low.y());
@@ -221,9 +217,8 @@ void add_resampled(MosaicDraft& draft, std::size_t index) {
     grid.samples_from_geodetic(places, samples);
     for (int i = 0; i < draft.mosaic.heights_m.width; ++i) {
       const Eigen::Vector2d& sample = samples[static_cast<std::size_t>(i)];
-      if (sample.minCoeff() < -0.5 || sample.x() > grid.width() - 0.5 ||
-          sample.y() > grid.height() - 0.5)
-        continue;
+      if (sample.y() < -0.5 || sample.y() > grid.height() - 0.5) continue;
+      if (!grid.goes_round() && (sample.x() < -0.5 || sample.x() > grid.width() - 0.5)) continue;
       const Eigen::Vector2d at = sample - low.matrix();
       if (at.minCoeff() < -0.5 || at.x() > window.width - 0.5 || at.y() > window.height - 0.5)
         continue;
@@ -250,6 +245,7 @@ void add(MosaicDraft& draft, std::size_t index) {
   info.licence = draft.rasters[index].entry->licence;
   info.accuracy = draft.rasters[index].entry->accuracy;
   info.content_hash = raster.content_hash();
+  info.ledger = raster.ledger();
   draft.mosaic.rasters.emplace_back(raster.grid().info(info.name));
   draft.mosaic.sources.push_back(std::move(info));
   core::with_context(

@@ -7,15 +7,16 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/hash.h"
-#include "geo/units.h"
-#include "tiler/crs_operation.h"
+#include "tiler/earth_heights.h"
 #include "tiler/gdal_support.h"
+#include "tiler/no_data.h"
+#include "tiler/raster_claims.h"
+#include "tiler/raster_ledger.h"
 
 namespace terracast::tiler {
 namespace {
@@ -23,22 +24,8 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-constexpr double kLowestHeight_m = -12000.0;  // the deepest trench, with a margin
-constexpr double kHighestHeight_m = 9000.0;
-constexpr double kMetresPerUsFoot = 1200.0 / 3937.0;
-
-/// Metres in a unit of height as files name them; nothing for words that are not known.
-std::optional<double> metres_in(std::string unit) {
-  for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  for (const char* word : {"", "m", "metre", "metres", "meter", "meters"})
-    if (unit == word) return 1.0;
-  for (const char* word : {"ft", "foot", "feet", "international foot", "international feet"})
-    if (unit == word) return geo::metres_from_feet(1.0);
-  for (const char* word : {"us-ft", "us_ft", "ftus", "sft", "us survey foot", "us survey feet",
-                           "foot_us", "survey foot", "us foot"})
-    if (unit == word) return kMetresPerUsFoot;
-  return std::nullopt;
-}
+constexpr double kLowestHeight_m = kDeepestFloor_m - kEarthMargin_m;
+constexpr double kHighestHeight_m = kHighestPeak_m + kEarthMargin_m;
 
 class GdalRaster : public RasterSource {
  public:
@@ -57,6 +44,13 @@ class GdalRaster : public RasterSource {
   Grid<double> read(const SampleWindow& window) const override;
   std::array<double, 4> corner_heights_m() const override;
   std::string content_hash() const override;
+  double metres_of(double raw) const override {
+    return (raw * scale_ + offset_) * metres_per_unit_;
+  }
+  double raw_of(double value) const override {
+    return (value / metres_per_unit_ - offset_) / scale_;
+  }
+  core::Ledger ledger() const override { return ledger_; }
 
  private:
   GdalRaster(const core::Path& file, const ElevationOptions& options, RasterQuantity quantity,
@@ -65,13 +59,15 @@ class GdalRaster : public RasterSource {
         written_(file.written),
         encoding_(options.encoding),
         quantity_(std::move(quantity)),
-        holds_heights_(holds_heights) {
+        holds_heights_(holds_heights),
+        no_data_(NoData::of(options.nodata)) {
     const GdalErrors errors;
     dataset_ = open_gdal_raster(file, errors);
     check_band();
     grid_ = std::make_unique<RasterGrid>(*dataset_, written_, near, errors);
-    if (holds_heights_) metres_per_unit_ = unit_of(options);
-    read_nodata(options);
+    if (holds_heights_) take_claims(options);
+    find_no_data();
+    take_ledger(options);
   }
 
   bool is_colour() const { return encoding_ != "heights"; }
@@ -83,11 +79,10 @@ class GdalRaster : public RasterSource {
   void decode_colours(const SampleWindow& window, std::vector<double>& red,
                       const GdalErrors& errors) const;
   [[noreturn]] void fail_unread(const GdalErrors& errors) const;
-  double unit_of(const ElevationOptions& options) const;
-  void read_nodata(const ElevationOptions& options);
-  bool is_nodata(double raw) const;
+  void take_claims(const ElevationOptions& options);
+  void find_no_data();
+  void take_ledger(const ElevationOptions& options);
   double value_of(double raw, int column, int row) const;
-  [[noreturn]] void fail_undeclared_nan(int column, int row) const;
   [[noreturn]] void fail_out_of_range(double value, double raw, int column, int row) const;
 
   GDALRasterBand* band() const { return dataset_->GetRasterBand(1); }
@@ -102,7 +97,8 @@ class GdalRaster : public RasterSource {
   double metres_per_unit_ = 1.0;
   double scale_ = 1.0;
   double offset_ = 0.0;
-  std::optional<double> nodata_;
+  NoData no_data_;
+  core::Ledger ledger_;
   int alpha_band_ = 0;  ///< 0: none
   bool uses_mask_ = false;
 };
@@ -147,46 +143,31 @@ void GdalRaster::check_colour_bands() {
          written_, count, GDALGetDataTypeName(band()->GetRasterDataType()), encoding_);
 }
 
-double GdalRaster::unit_of(const ElevationOptions& options) const {
-  if (is_colour()) return 1.0;
-  if (options.unit == "m") return 1.0;
-  if (options.unit == "ft") return geo::metres_from_feet(1.0);
-  if (options.unit == "us_ft") return kMetresPerUsFoot;
-  std::string word = band()->GetUnitType() == nullptr ? "" : band()->GetUnitType();
-  if (word.empty()) word = grid_->vertical_unit();
-  const auto metres = metres_in(word);
-  if (!metres)
-    fail(ErrorKind::Input,
-         "{}: declares heights in \"{}\", which is no known unit of length; state unit = \"m\", "
-         "\"ft\" or \"us_ft\"",
-         written_, word);
-  return *metres;
+void GdalRaster::take_claims(const ElevationOptions& options) {
+  const HeightClaims claims = height_claims(*dataset_, *band(), grid_->crs());
+  check_vertical_datum(claims, options, written_);
+  if (!is_colour()) metres_per_unit_ = metres_per_unit(claims, options, written_);
 }
 
-void GdalRaster::read_nodata(const ElevationOptions& options) {
-  if (options.nodata == "none") return;
+void GdalRaster::find_no_data() {
   if (is_colour()) {
-    uses_mask_ = alpha_band_ > 0;
+    uses_mask_ = alpha_band_ > 0 && no_data_.takes_masks();
     return;
   }
-  if (options.nodata == "declared") {
-    int has_value = FALSE;
-    const double value = band()->GetNoDataValue(&has_value);
-    if (has_value != FALSE) nodata_ = value;
-    const int flags = band()->GetMaskFlags();
-    // GDAL takes alpha for a mask where samples are bytes, and not where they are floats.
-    uses_mask_ = alpha_band_ > 0 || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0;
-    return;
-  }
-  nodata_ = number_from_text(options.nodata);
+  no_data_.take_declared(*band());
+  // GDAL takes alpha for a mask where samples are bytes, and not where they are floats.
+  uses_mask_ = no_data_.takes_masks() &&
+               (alpha_band_ > 0 || (band()->GetMaskFlags() & (GMF_ALL_VALID | GMF_NODATA)) == 0);
 }
 
-bool GdalRaster::is_nodata(double raw) const {
-  if (!nodata_) return false;
-  if (std::isnan(*nodata_)) return std::isnan(raw);
-  // A value such as -3.4028234663852886e+38 is declared with more digits than a float holds.
-  return raw == *nodata_ || (band()->GetRasterDataType() == GDT_Float32 &&
-                             static_cast<float>(raw) == static_cast<float>(*nodata_));
+void GdalRaster::take_ledger(const ElevationOptions& options) {
+  const bool counts = options.trust != "config" || options.unit == "declared";
+  ledger_ = ledger_of(*dataset_, {.what = is_colour() ? "colours" : quantity_.name,
+                                  .uses_unit = holds_heights_ && !is_colour() && counts,
+                                  .uses_scale = !is_colour(),
+                                  .uses_nodata = no_data_.takes_declared() && !is_colour(),
+                                  .uses_mask = uses_mask_,
+                                  .uses_colours = is_colour()});
 }
 
 void GdalRaster::fail_unread(const GdalErrors& errors) const {
@@ -197,10 +178,7 @@ void GdalRaster::fail_unread(const GdalErrors& errors) const {
 void GdalRaster::read_samples(int band, const SampleWindow& window, std::vector<double>& samples,
                               const GdalErrors& errors) const {
   samples.resize(static_cast<std::size_t>(window.num_samples()));
-  if (dataset_->GetRasterBand(band)->RasterIO(
-          GF_Read, window.first_column, window.first_row, window.width, window.height,
-          samples.data(), window.width, window.height, GDT_Float64, 0, 0, nullptr) != CE_None)
-    fail_unread(errors);
+  if (!read_window(*dataset_->GetRasterBand(band), *grid_, window, samples)) fail_unread(errors);
 }
 
 /// Empty where the raster has no mask.
@@ -211,10 +189,7 @@ std::vector<std::uint8_t> GdalRaster::read_mask(const SampleWindow& window,
   mask.resize(static_cast<std::size_t>(window.num_samples()));
   GDALRasterBand* mask_band =
       alpha_band_ > 0 ? dataset_->GetRasterBand(alpha_band_) : band()->GetMaskBand();
-  if (mask_band->RasterIO(GF_Read, window.first_column, window.first_row, window.width,
-                          window.height, mask.data(), window.width, window.height, GDT_Byte, 0, 0,
-                          nullptr) != CE_None)
-    fail_unread(errors);
+  if (!read_window(*mask_band, *grid_, window, mask)) fail_unread(errors);
   return mask;
 }
 
@@ -248,54 +223,48 @@ std::array<double, 4> GdalRaster::corner_heights_m() const {
   return corners;
 }
 
-void GdalRaster::fail_undeclared_nan(int column, int row) const {
-  fail(
-      ErrorKind::Input,
-      "{}: the {} of pixel ({}, {}) is NaN, and NaN is not its declared no-data value; if it marks "
-      "{}",
-      written_, quantity_.name, column, row,
-      holds_heights_
-          ? "voids, state nodata = \"nan\""
-          : "places without a value, declare it: gdal_edit.py -a_nodata nan " + written_);
-}
-
 void GdalRaster::fail_out_of_range(double value, double raw, int column, int row) const {
+  const CustomaryFill* fill = is_colour() ? nullptr : customary_fill(raw);
+  const std::string mark =
+      fill == nullptr ? "" : fmt::format(" (it is stored as {:.9g}, which {})", raw, fill->where);
   if (holds_heights_)
     fail(ErrorKind::Input,
-         "{}: the height of pixel ({}, {}) is {:.6g} m, outside {} to {} m; if it marks voids, "
-         "state nodata = \"{:.17g}\"; if it is in feet, unit = \"ft\"",
-         written_, column, row, value, kLowestHeight_m, kHighestHeight_m, raw);
+         "{}: the height of pixel ({}, {}) is {:.6g} m{}, outside {:g} to {:g} m, where all ground "
+         "on Earth lies; if it "
+         "marks voids, state nodata = \"{}\"; if it is in feet, unit = \"ft\"",
+         written_, grid_->column_in_file(column), row, value, mark, kLowestHeight_m,
+         kHighestHeight_m, no_data_.text_with(raw));
   fail(ErrorKind::Input,
-       "{}: the {} of pixel ({}, {}) is {:.6g}, outside {:g} to {:g}; {}; if it marks places "
+       "{}: the {} of pixel ({}, {}) is {:.6g}{}, outside {:g} to {:g}; {}; if it marks places "
        "without a value, declare it: gdal_edit.py -a_nodata {:.17g} {}",
-       written_, quantity_.name, column, row, value, quantity_.lowest, quantity_.highest,
-       quantity_.advice, raw, written_);
+       written_, quantity_.name, grid_->column_in_file(column), row, value, mark, quantity_.lowest,
+       quantity_.highest, quantity_.advice, raw, written_);
 }
 
 double GdalRaster::value_of(double raw, int column, int row) const {
-  const double value = (raw * scale_ + offset_) * metres_per_unit_;
-  if (std::isnan(value)) fail_undeclared_nan(column, row);
+  const double value = metres_of(raw);
   if (!(value >= quantity_.lowest && value <= quantity_.highest))
     fail_out_of_range(value, raw, column, row);
   return value;
 }
 
 Grid<double> GdalRaster::read(const SampleWindow& window) const {
-  TERRACAST_CHECK(window.first_column >= 0 && window.first_row >= 0 &&
-                      window.first_column + window.width <= grid_->width() &&
-                      window.first_row + window.height <= grid_->height(),
-                  "window outside {}", written_);
+  TERRACAST_CHECK(
+      window.first_row >= 0 && window.first_row + window.height <= grid_->height() &&
+          (grid_->goes_round() ||
+           (window.first_column >= 0 && window.first_column + window.width <= grid_->width())),
+      "window outside {}", written_);
   const GdalErrors errors;
   Grid<double> values(window.width, window.height);
   if (window.is_empty()) return values;
   read_samples(1, window, values.values, errors);
   if (is_colour()) decode_colours(window, values.values, errors);
   const std::vector<std::uint8_t> mask = read_mask(window, errors);
+  const GDALDataType type = is_colour() ? GDT_Float64 : band()->GetRasterDataType();
   for (int j = 0; j < window.height; ++j)
     for (int i = 0; i < window.width; ++i) {
       double& value = values(i, j);
-      const bool is_empty_colour = is_colour() && std::isnan(value);
-      if ((uses_mask_ && mask[values.index(i, j)] == 0) || is_nodata(value) || is_empty_colour) {
+      if ((uses_mask_ && mask[values.index(i, j)] == 0) || no_data_.holds(value, type)) {
         value = std::numeric_limits<double>::quiet_NaN();
         continue;
       }
@@ -306,9 +275,8 @@ Grid<double> GdalRaster::read(const SampleWindow& window) const {
 
 std::string GdalRaster::content_hash() const {
   // A georeference may stand in a file beside the raster's, and so may all that the band declares.
-  std::string content =
-      fmt::format("{} {} {} {} {} {}", grid_->description(), metres_per_unit_, scale_, offset_,
-                  uses_mask_, nodata_ ? fmt::to_string(*nodata_) : "none");
+  std::string content = fmt::format("{} {} {} {} {} {}", grid_->description(), metres_per_unit_,
+                                    scale_, offset_, uses_mask_, no_data_.text());
   if (is_colour()) content += encoding_;
   return core::content_hash(content + content_hash_of(*dataset_, file_));
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "core/ledger.h"
 #include "core/schema.h"
 #include "geo/geodesy.h"
 #include "tiler/grid.h"
@@ -32,7 +33,7 @@ class RasterSource {
 
   /// near     longitudes are counted so that they run on without a jump round this place
   /// throws   Io: no such file; Input: cannot be opened, no georeference, no CRS, not one band of
-  ///          numbers, an unknown unit
+  ///          numbers, an unknown unit, a unit or vertical datum that contradicts the stated one
   static std::unique_ptr<RasterSource> open(const core::Path& file, const ElevationOptions& options,
                                             const geo::Geodetic& near);
   /// A raster of another quantity, in the file's scale and offset; units that it declares are not read.
@@ -45,11 +46,19 @@ class RasterSource {
   virtual const std::string& path() const = 0;
   virtual const RasterGrid& grid() const = 0;
 
-  /// Heights in metres above the stated datum, or values of the quantity; NaN where there is none.
-  /// window   within the raster
-  /// throws   Input: cannot be read (truncated), a NaN that is not declared, a height outside
-  ///          -12000 to 9000 m or a value outside the quantity's range (names the pixel)
+  /// Heights in metres above the stated datum, or values of the quantity; NaN where there is none:
+  /// where samples are NaN, of a no-data value, or masked.
+  /// window   within the raster; of one that goes round the Earth columns may lie beyond it
+  /// throws   Input: cannot be read (truncated), a height that no ground on Earth has, its seas' floors too, or a
+  ///          value outside the quantity's range (names the pixel)
   virtual Grid<double> read(const SampleWindow& window) const = 0;
+
+  /// The height or value that a stored number stands for, and the other way round.
+  virtual double metres_of(double raw) const = 0;
+  virtual double raw_of(double value) const = 0;
+
+  /// What the file says beside its samples.
+  virtual core::Ledger ledger() const = 0;
 
   /// Of the four corners' samples; NaN where there is none.
   virtual std::array<double, 4> corner_heights_m() const = 0;

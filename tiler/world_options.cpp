@@ -9,6 +9,7 @@
 #include "core/registry.h"
 #include "geo/geoid.h"
 #include "tiler/elevation_registry.h"
+#include "tiler/no_data.h"
 
 namespace terracast::tiler {
 namespace {
@@ -77,10 +78,9 @@ void validate_entry(const ElevationOptions& entry, std::size_t index) {
          "elevation.{}: sea = \"below\" takes heights at 0 and below for sea, and 0 above the "
          "ellipsoid is no sea level; state egm96, egm2008 or grid",
          index);
-  if (entry.nodata != "declared" && entry.nodata != "none" && !number_from_text(entry.nodata))
-    fail(ErrorKind::Config,
-         "elevation.{}: nodata = \"{}\" is none of declared, none, or a number such as \"-32768\"",
-         index, entry.nodata);
+  if (!NoData::from_text(entry.nodata))
+    fail(ErrorKind::Config, "elevation.{}: nodata = \"{}\" is none of {}", index, entry.nodata,
+         kNoDataWords);
 }
 
 /// Insets before what they stand in, and something procedural only where rasters end.

@@ -26,7 +26,9 @@ struct ElevationOptions {
   std::string encoding = "heights";
   /// declared (by the file; metres when it says nothing), m, ft, us_ft
   std::string unit = "declared";
-  std::string nodata = "declared";  ///< declared, none, or what number_from_text() reads
+  std::string nodata = "declared";  ///< what NoData::from_text() reads
+  /// agreement, config: what counts where a file's own unit or vertical datum is another one
+  std::string trust = "agreement";
   /// auto, none, below, nodata: which samples of a raster are sea
   std::string sea = "auto";
   double sea_min_km2 = 1.0;  ///< raster: a smaller area is a lake, and land
@@ -67,8 +69,13 @@ struct ElevationOptions {
         "Unit of the heights; `declared` takes what the file says, metres when it says nothing.",
         core::one_of({"declared", "m", "ft", "us_ft"}));
     visit.key("nodata", nodata,
-              "Value of samples without a height: declared (by the file), none, or a number in "
-              "quotes, such as \"-9999\".");
+              "Values of samples without a height: declared (by the file), none, or numbers in "
+              "quotes, such as \"-9999\" or \"declared, -32768\". NaN is one, whatever is stated.");
+    visit.key(
+        "trust", trust,
+        "What counts where a file declares another vertical datum or unit than is stated here: "
+        "agreement (it is an error, which names both) or config (what is stated here).",
+        core::one_of({"agreement", "config"}));
     visit.key("sea", sea,
               "Which samples of rasters are sea: auto (large areas of exactly 0 above a geoid), "
               "below (all areas at or below 0: the floor is measured), nodata (those without a "

@@ -119,8 +119,12 @@ TEST_F(BuildingHeights, RastersWithoutPlaceOrFileAreRefused) {
 
 TEST_F(BuildingHeights, SamplesThatAreNoHeightsAreRefusedOrSaidToBeVoids) {
   write_grid("nan");
-  refuses(ErrorKind::Input, {"heights.asc", "is NaN", "heights_nodata"});
+  expect_from_raster(built(), false);
   expect_from_raster(built("heights", "heights_nodata = \"nan\"\n"), false);
+  write_grid("-9999");
+  refuses(ErrorKind::Input,
+          {"heights.asc", "exactly -9999", "heights_nodata = \"declared, -9999\""});
+  expect_from_raster(built("heights", "heights_nodata = \"declared, -9999\"\n"), false);
   write_grid("1e20");
   refuses(ErrorKind::Input, {"heights.asc", "outside", "heights_nodata"});
   name_ = "heights.tif";

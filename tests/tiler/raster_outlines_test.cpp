@@ -409,7 +409,7 @@ TEST_F(BadHeights, VoidsAreNoBuildingsAndNothingButVoidsIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   spec_.value = [=](double, double) { return nan; };
   write();
-  refuses(ErrorKind::Input, {"heights.tif", "is NaN", "heights_nodata"});
+  refuses(ErrorKind::Input, {"heights.tif", "none of the", "has a height"});
   refuses(ErrorKind::Input, {"heights.tif", "none of the", "has a height"}, "nan");
   // Half of a block is unknown: the other half stands.
   const Vector2d at = utm31(kOriginLat_deg, kOriginLon_deg);

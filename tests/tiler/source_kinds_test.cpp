@@ -215,8 +215,12 @@ TEST(NoData, CollarsOfAConstantAreFoundAndReported) {
     const auto surface = prepare(options);
     const auto corner = surface->sample(2950.0, 2950.0);
     EXPECT_EQ(surface->sources()[corner.source].kind, "extend");
-    // Stated to be heights, they are.
+    // Stated to be heights, they are; but for a fill that no ground has.
     options.elevation[0].nodata = "none";
+    if (fill == -9999.0) {
+      expect_error(ErrorKind::Input, {"exactly -9999"}, [&] { prepare(options); });
+      continue;
+    }
     const auto taken = prepare(options);
     EXPECT_EQ(taken->sources()[taken->sample(2950.0, 2950.0).source].kind, "raster");
   }

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "tiler/earth_heights.h"
 
 namespace terracast::tiler {
 namespace {
@@ -29,6 +30,7 @@ constexpr int kNode = 64;
 struct Part {
   std::unique_ptr<RasterSource> raster;
   SampleWindow window;  ///< that may lie in the square
+  std::string nodata;   ///< as the config states it
 };
 
 Part open_part(const core::Path& file, const std::string& nodata, const WorldSurface& world,
@@ -36,7 +38,7 @@ Part open_part(const core::Path& file, const std::string& nodata, const WorldSur
   ElevationOptions options;
   options.nodata = nodata;
   const geo::Geodetic& origin = world.frame().origin();
-  Part part{RasterSource::open(file, options, origin), {}};
+  Part part{RasterSource::open(file, options, origin), {}, nodata};
   const RasterGrid& grid = part.raster->grid();
   const Eigen::AlignedBox2d box = grid.box_of_square(world.frame(), 0.5 * size_m);
   const auto clamped = [](double value, int size) {
@@ -69,6 +71,7 @@ Grid<float> read_all(const Part& part) {
     window.first_row += row;
     window.height = std::min(kRows, part.window.height - row);
     const Grid<double> rows = part.raster->read(window);
+    refuse_undeclared_fills(*part.raster, rows, part.nodata, "heights_nodata");
     for (std::size_t k = 0; k < rows.values.size(); ++k)
       values.values[values.index(0, row) + k] = static_cast<float>(rows.values[k]);
   }

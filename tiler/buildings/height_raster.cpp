@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "tiler/earth_heights.h"
 #include "tiler/grid.h"
 #include "tiler/raster_source.h"
 #include "world/tile.h"
@@ -38,7 +39,7 @@ class Patch {
           file, options, {.lat_deg = world.origin_lat_deg, .lon_deg = world.origin_lon_deg});
       content_hash_ = raster->content_hash();
       place_nodes(*raster, surface);
-      read(*raster);
+      read(*raster, nodata);
     };
     core::with_context(take, "reading heights of buildings (no data: heights_nodata)");
   }
@@ -94,7 +95,7 @@ class Patch {
     return south + ty * (north - south);
   }
 
-  void read(const RasterSource& raster) {
+  void read(const RasterSource& raster, const std::string& nodata) {
     Eigen::Vector2d lowest = nodes_.values.front();
     Eigen::Vector2d highest = nodes_.values.front();
     for (const Eigen::Vector2d& node : nodes_.values) {
@@ -125,6 +126,7 @@ class Patch {
                                              .first_row = window.first_row + row,
                                              .width = window.width,
                                              .height = num_rows});
+      refuse_undeclared_fills(raster, rows, nodata, "heights_nodata");
       for (int j = 0; j < num_rows; ++j)
         for (int i = 0; i < window.width; ++i) values_(i, row + j) = static_cast<float>(rows(i, j));
     }

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/srgb.h"
 #include "tiler/grid.h"
+#include "tiler/raster_ledger.h"
 #include "tiler/surface.h"
 #include "tiler/world_options.h"
 
@@ -160,6 +160,13 @@ ColorRaster::ColorRaster(const core::Path& file, const ColorOptions& options,
                   inputs.surface.input_hash());
   content += content_hash_of(*dataset, file);
   hash_ = core::content_hash(content);
+  ledger_ = ledger_of(*dataset, {.what = "colours",
+                                 .band = bands_.front(),
+                                 .uses_unit = false,
+                                 .uses_scale = false,
+                                 .uses_nodata = no_data_.takes_declared(),
+                                 .uses_mask = uses_mask_,
+                                 .uses_colours = true});
 
   const Eigen::AlignedBox2d box = grid_->box_of_square(inputs.frame, half_size_m_);
   box_ = box.intersection(Eigen::AlignedBox2d(
@@ -219,15 +226,9 @@ void ColorRaster::choose_bands(GDALDataset& dataset) {
           static_cast<std::uint8_t>(entry.c3), static_cast<std::uint8_t>(entry.c4)};
     }
   }
-  if (options_.nodata == "declared") {
-    int has_value = FALSE;
-    const double value = first.GetNoDataValue(&has_value);
-    if (has_value != FALSE) nodata_ = value;
-  } else if (options_.nodata != "none") {
-    nodata_ = number_from_text(options_.nodata);
-  }
-  uses_mask_ =
-      options_.nodata != "none" && (first.GetMaskFlags() & (GMF_ALL_VALID | GMF_NODATA)) == 0;
+  no_data_ = NoData::of(options_.nodata);
+  no_data_.take_declared(first);
+  uses_mask_ = no_data_.takes_masks() && (first.GetMaskFlags() & (GMF_ALL_VALID | GMF_NODATA)) == 0;
   is_srgb_ = options_.transfer == "srgb" || (options_.transfer == "auto" && is_bytes_);
 }
 
@@ -252,20 +253,26 @@ ColorRaster::Window ColorRaster::read(GDALDataset& dataset, const SampleWindow& 
     fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})", file_.written,
          errors.text());
   };
-  if (dataset.RasterIO(GF_Read, at.first_column, at.first_row, at.width, at.height, raw.data(),
-                       width, height, GDT_Float32, static_cast<int>(bands.size()), bands.data(), 0,
-                       0, 0, nullptr) != CE_None)
-    fail_unread();
+  const auto line = static_cast<GSpacing>(width);
+  const std::vector<WindowPart> parts = grid_->parts_of(at, width);
+  for (const WindowPart& part : parts)
+    if (dataset.RasterIO(GF_Read, part.in_file.first_column, part.in_file.first_row,
+                         part.in_file.width, part.in_file.height, raw.data() + part.first_column,
+                         part.width, height, GDT_Float32, static_cast<int>(bands.size()),
+                         bands.data(), sizeof(float), line * static_cast<GSpacing>(sizeof(float)),
+                         static_cast<GSpacing>(count * sizeof(float)), nullptr) != CE_None)
+      fail_unread();
   std::vector<std::uint8_t> mask;
   if (uses_mask_) {
     mask.resize(count);
-    if (dataset.GetRasterBand(bands_[0])->GetMaskBand()->RasterIO(
-            GF_Read, at.first_column, at.first_row, at.width, at.height, mask.data(), width, height,
-            GDT_Byte, 0, 0, nullptr) != CE_None)
-      fail_unread();
+    GDALRasterBand& mask_band = *dataset.GetRasterBand(bands_[0])->GetMaskBand();
+    for (const WindowPart& part : parts)
+      if (mask_band.RasterIO(GF_Read, part.in_file.first_column, part.in_file.first_row,
+                             part.in_file.width, part.in_file.height,
+                             mask.data() + part.first_column, part.width, height, GDT_Byte, 1, line,
+                             nullptr) != CE_None)
+        fail_unread();
   }
-  const auto no_value =
-      static_cast<float>(nodata_.value_or(std::numeric_limits<double>::quiet_NaN()));
   Window window{at, std::vector<Eigen::Array4f>(count, Eigen::Array4f::Zero())};
   const bool is_raw = options_.white == options_.black;  // its range is being looked for
   for (std::size_t k = 0; k < count; ++k) {
@@ -277,13 +284,13 @@ ColorRaster::Window ColorRaster::read(GDALDataset& dataset, const SampleWindow& 
     for (std::size_t band = 0; band < bands_.size(); ++band) {
       const float value = raw[band * count + k];
       is_number = is_number && std::isfinite(value);
-      is_nodata = is_nodata && value == no_value;
+      is_nodata = is_nodata && no_data_.holds(static_cast<double>(value), GDT_Float32);
       if (!std::isfinite(value)) continue;
       light[band] = is_raw      ? value
                     : is_bytes_ ? light_of_byte_[static_cast<std::size_t>(value)]
                                 : light_of(value);
     }
-    if (!is_number || (nodata_ && is_nodata)) continue;
+    if (!is_number || is_nodata) continue;
     if (!palette_.empty()) {
       const auto& color = palette_[static_cast<std::size_t>(raw[k])];
       if (color[3] == 0) continue;

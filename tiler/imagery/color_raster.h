@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "core/image.h"
+#include "core/ledger.h"
 #include "tiler/gdal_support.h"
 #include "tiler/geodesy_cells.h"
 #include "tiler/layer.h"
+#include "tiler/no_data.h"
 #include "tiler/raster_grid.h"
 #include "world/imagery_info.h"
 
@@ -22,7 +24,7 @@ namespace terracast::tiler {
 struct ColorOptions {
   std::vector<std::int64_t>
       bands;  ///< red, green, blue, or one grey; counted from 1; empty: by their colours
-  std::string nodata = "declared";  ///< or none, or what number_from_text() reads
+  std::string nodata = "declared";  ///< what NoData::from_text() reads
   double black = 0.0;               ///< sample that is shown as 0 …
   double white = 0.0;  ///< … and as 1; equal: 0 and 255 of bytes, of others by percentile
   double percentile =
@@ -58,6 +60,8 @@ class ColorRaster {
   int level() const { return level_; }
   double gain() const { return gain_; }
   const std::string& content_hash() const { return hash_; }
+  /// What the file says beside its samples.
+  const core::Ledger& ledger() const { return ledger_; }
 
   /// Fills the pixels of a tile that hold nothing yet (alpha 0).
   /// z_world   of the ground at (kNodes + 1)^2 places that span the tile, row by row from the south
@@ -94,13 +98,14 @@ class ColorRaster {
   std::vector<int> bands_;  ///< three, or one
   int alpha_band_ = 0;
   bool uses_mask_ = false;
-  std::optional<double> nodata_;
+  NoData no_data_;
   bool is_bytes_ = false;
   bool is_srgb_ = false;
   std::vector<std::array<std::uint8_t, 4>> palette_;
   std::array<float, 256> light_of_byte_ = {};
   double gain_ = 1.0;
   std::string hash_;
+  core::Ledger ledger_;
   mutable std::mutex mutex_;
   mutable std::vector<GdalDatasetPtr> idle_;
 };

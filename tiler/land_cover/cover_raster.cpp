@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "tiler/raster_ledger.h"
 #include "tiler/surface.h"
 #include "tiler/world_options.h"
 
@@ -69,14 +70,6 @@ void check_band(GDALDataset& dataset, const std::string& written) {
          GDALGetDataTypeName(type));
 }
 
-std::optional<double> nodata_of(GDALRasterBand& band, const std::string& option) {
-  if (option == "none") return std::nullopt;
-  if (option != "declared") return number_from_text(option);
-  int has_value = FALSE;
-  const double value = band.GetNoDataValue(&has_value);
-  return has_value != FALSE ? std::optional(value) : std::nullopt;
-}
-
 auto order_of(const SampleRun& run) { return std::pair(run.row, run.first_column); }
 
 bool is_water(std::uint8_t land_class) {
@@ -96,18 +89,23 @@ CoverRaster::CoverRaster(const core::Path& file, const Legend& legend,
   check_band(*dataset_, file.written);
   grid_ = std::make_unique<RasterGrid>(*dataset_, file.written, inputs.frame.origin(), errors);
   if (!grid_->warning().empty()) inputs.context.log.warn("{}", grid_->warning());
-  nodata_ = nodata_of(*dataset_->GetRasterBand(1), options.nodata);
+  no_data_ = NoData::of(options.nodata);
+  no_data_.take_declared(*dataset_->GetRasterBand(1));
   spacing_m_ = grid_->size_of_samples(inputs.frame, half_size_m_).spacing_m;
   num_bends_ = std::max(
       static_cast<int>(std::ceil(std::log2(kBendPeriod_samples * spacing_m_ / kFinestBend_m))), 1);
-  std::string content =
-      fmt::format("{} {} {} {} {} {} {} {}", kVersion, grid_->description(), options.nodata,
-                  nodata_ ? fmt::to_string(*nodata_) : "none", options.border_px,
-                  options.lake_flat_m, inputs.seed, inputs.surface.input_hash());
+  std::string content = fmt::format("{} {} {} {} {} {} {} {}", kVersion, grid_->description(),
+                                    options.nodata, no_data_.text(), options.border_px,
+                                    options.lake_flat_m, inputs.seed, inputs.surface.input_hash());
   for (const auto& [code, land_class] : legend.classes)
     content += fmt::format(" {}={}", code, static_cast<int>(land_class));
   content += content_hash_of(*dataset_, file);
   hash_ = core::content_hash(content);
+  ledger_ = ledger_of(*dataset_, {.what = "codes",
+                                  .uses_unit = false,
+                                  .uses_scale = false,
+                                  .uses_nodata = no_data_.takes_declared(),
+                                  .uses_mask = no_data_.takes_masks()});
 
   choose_window(inputs);
   if (!touches_square()) return;
@@ -145,7 +143,7 @@ void CoverRaster::read(const Legend& legend, const GdalErrors& errors) {
   classes_ = Grid<std::uint8_t>(window_.width, window_.height);
   GDALRasterBand& band = *dataset_->GetRasterBand(1);
   const bool has_alpha = dataset_->GetRasterCount() == 2;
-  const bool uses_mask = options_.nodata == "declared" &&
+  const bool uses_mask = no_data_.takes_masks() &&
                          (has_alpha || (band.GetMaskFlags() & (GMF_ALL_VALID | GMF_NODATA)) == 0);
   GDALRasterBand& mask_band = has_alpha ? *dataset_->GetRasterBand(2) : *band.GetMaskBand();
   int block_width = 0;
@@ -165,15 +163,14 @@ void CoverRaster::read(const Legend& legend, const GdalErrors& errors) {
                              .first_row = top,
                              .width = window_.width,
                              .height = std::min(most, window_.height - first)};
-    const auto fetch = [&](GDALRasterBand& from, auto& samples, GDALDataType type) {
+    const auto fetch = [&](GDALRasterBand& from, auto& samples) {
       samples.resize(static_cast<std::size_t>(strip.num_samples()));
-      if (from.RasterIO(GF_Read, strip.first_column, strip.first_row, strip.width, strip.height,
-                        samples.data(), strip.width, strip.height, type, 0, 0, nullptr) != CE_None)
+      if (!read_window(from, *grid_, strip, samples))
         fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})",
              grid_->written(), errors.text());
     };
-    fetch(band, codes, GDT_Float64);
-    if (uses_mask) fetch(mask_band, mask, GDT_Byte);
+    fetch(band, codes);
+    if (uses_mask) fetch(mask_band, mask);
     decode(legend, codes, mask, strip);
     first += strip.height;
   }
@@ -183,8 +180,7 @@ void CoverRaster::read(const Legend& legend, const GdalErrors& errors) {
 void CoverRaster::decode(const Legend& legend, const std::vector<double>& codes,
                          const std::vector<std::uint8_t>& mask, const SampleWindow& strip) {
   const auto is_nodata = [&](std::size_t k) {
-    if (!mask.empty() && mask[k] == 0) return true;
-    return nodata_ && (codes[k] == *nodata_ || (std::isnan(*nodata_) && std::isnan(codes[k])));
+    return (!mask.empty() && mask[k] == 0) || no_data_.holds(codes[k], GDT_Float64);
   };
   const std::size_t start = classes_.index(0, strip.first_row - window_.first_row);
   double last_code = std::numeric_limits<double>::quiet_NaN();

@@ -8,18 +8,20 @@
 #include <string>
 #include <vector>
 
+#include "core/ledger.h"
 #include "tiler/geodesy_cells.h"
 #include "tiler/gradient_noise.h"
 #include "tiler/grid.h"
 #include "tiler/land_cover/legend.h"
 #include "tiler/land_cover/water_bodies.h"
 #include "tiler/layer.h"
+#include "tiler/no_data.h"
 #include "tiler/raster_grid.h"
 
 namespace terracast::tiler {
 
 struct CoverRasterOptions {
-  /// declared (by the file), none, or what number_from_text() reads
+  /// what NoData::from_text() reads
   std::string nodata = "declared";
   double border_px = 0.9;    ///< how far borders stray, in sides of a pixel
   double lake_flat_m = 2.0;  ///< water whose ground is more uneven is not taken for a lake
@@ -68,6 +70,8 @@ class CoverRaster {
   void tell_row(int row, std::span<std::uint8_t> covers) const;
   /// Of the file, the legend and all else that determines cover().
   const std::string& content_hash() const { return hash_; }
+  /// What the file says beside its samples.
+  const core::Ledger& ledger() const { return ledger_; }
 
   struct Found {
     world::Cover cover;
@@ -105,7 +109,7 @@ class CoverRaster {
   std::unique_ptr<RasterGrid> grid_;
   double spacing_m_ = 0.0;
   int num_bends_ = 1;  ///< octaves of the noise that bends borders
-  std::optional<double> nodata_;
+  NoData no_data_;
   SampleWindow window_;
   Grid<std::uint8_t> classes_;  ///< LandClass, of the window
   std::vector<LakeRun> lakes_;  ///< in the order of rows and columns
@@ -113,6 +117,7 @@ class CoverRaster {
   GradientNoise aside_x_, aside_y_;
   CoverRasterCounts counts_;
   std::string hash_;
+  core::Ledger ledger_;
 };
 
 }  // namespace terracast::tiler

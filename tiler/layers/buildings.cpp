@@ -22,6 +22,7 @@
 #include "tiler/feature_source.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
+#include "tiler/no_data.h"
 #include "tiler/surface.h"
 #include "tiler/surveyed_ground.h"
 #include "tiler/vector_source.h"
@@ -415,8 +416,8 @@ class BuildingsKind final : public LayerKind, public SurveyingKind {
     visit.key("terrain", terrain_,
               "buildings: a raster of the bare ground's heights, on the datum of surface.");
     visit.key("heights_nodata", nodata_,
-              "buildings: value of samples without a height: declared (by the file), none, or a "
-              "number in quotes.");
+              "buildings: values of samples without a height: declared (by the file), none, or "
+              "numbers in quotes.");
     outlines_.describe(visit);
   }
   void validate() const override {
@@ -431,9 +432,9 @@ class BuildingsKind final : public LayerKind, public SurveyingKind {
     if (!heights_.empty() && !surface_.empty())
       core::fail(core::ErrorKind::Config,
                  "heights and surface both say how high buildings are; state one of them");
-    if (nodata_ != "declared" && nodata_ != "none" && !number_from_text(nodata_))
-      core::fail(core::ErrorKind::Config,
-                 "heights_nodata = \"{}\" is neither declared, none nor a number", nodata_);
+    if (!NoData::from_text(nodata_))
+      core::fail(core::ErrorKind::Config, "heights_nodata = \"{}\" is none of {}", nodata_,
+                 kNoDataWords);
   }
   std::unique_ptr<LayerKind> clone() const override {
     return std::make_unique<BuildingsKind>(*this);

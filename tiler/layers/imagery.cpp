@@ -7,6 +7,7 @@
 #include "core/hash.h"
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/layer.h"
+#include "tiler/no_data.h"
 #include "tiler/surface.h"
 #include "tiler/world_options.h"
 
@@ -45,6 +46,7 @@ class Imagery final : public Layer {
     for (const auto& raster : rasters_) {
       names.push_back(raster->name());
       num_outside += raster->touches_square() ? 0 : 1;
+      info.ledger.merge(raster->ledger());
     }
     info.source = fmt::format("{}", fmt::join(names, ", "));
     info.content_hash = input_hash();
@@ -89,7 +91,7 @@ class ImageryKind final : public LayerKind {
               "as the file says, else the first three.");
     visit.key("nodata", options_.nodata,
               "Value of samples without data, in all bands: declared (by the file, its mask or "
-              "alpha), none, or a number in quotes.");
+              "alpha), none, or numbers in quotes.");
     visit.key("black", options_.black,
               "Sample that is shown as black; equal to white: 0 and 255 of bytes, of other "
               "types by percentile.");
@@ -114,10 +116,8 @@ class ImageryKind final : public LayerKind {
     if (!options_.bands.empty() && options_.bands.size() != 1 && options_.bands.size() != 3)
       fail(ErrorKind::Config, "bands names {} bands; three (red, green, blue) or one are right",
            options_.bands.size());
-    if (options_.nodata != "declared" && options_.nodata != "none" &&
-        !number_from_text(options_.nodata))
-      fail(ErrorKind::Config,
-           "nodata = \"{}\" is none of declared, none, or a number such as \"0\"", options_.nodata);
+    if (!NoData::from_text(options_.nodata))
+      fail(ErrorKind::Config, "nodata = \"{}\" is none of {}", options_.nodata, kNoDataWords);
     if (options_.white < options_.black)
       fail(ErrorKind::Config, "white = {} lies below black = {}", options_.white, options_.black);
   }

@@ -11,6 +11,7 @@
 #include "tiler/land_cover/derived_cover.h"
 #include "tiler/land_cover/legend.h"
 #include "tiler/layer.h"
+#include "tiler/no_data.h"
 #include "tiler/surface.h"
 #include "tiler/world_options.h"
 
@@ -55,6 +56,7 @@ class RasterLayer final : public Layer, public KnownCovers {
       num_outside += raster->touches_square() ? 0 : 1;
     }
     world::LayerInfo info;
+    for (const auto& raster : rasters_) info.ledger.merge(raster->ledger());
     info.source = fmt::format("{}", fmt::join(names_, ", "));
     info.content_hash = input_hash();
     info.counts = {{"samples", all.num_samples},
@@ -167,7 +169,7 @@ class LandCover final : public LayerKind {
               "forest\", \"20 = unknown\"]: unknown, forest, shrubs, grass, crops, built_up, bare, "
               "snow, wetland, lake, other_water.");
     visit.key("nodata", raster_.nodata,
-              "raster: code of samples without data: declared (by the file), none, or a number in "
+              "raster: codes of samples without data: declared (by the file), none, or numbers in "
               "quotes.");
     visit.key("border_px", raster_.border_px,
               "raster: how far the borders between classes stray from the pixels' sides, in sides "
@@ -203,10 +205,8 @@ class LandCover final : public LayerKind {
     if (files_.empty())
       fail(ErrorKind::Config,
            "source = \"raster\" needs files = [\"…\"], the rasters in order of priority");
-    if (raster_.nodata != "declared" && raster_.nodata != "none" &&
-        !number_from_text(raster_.nodata))
-      fail(ErrorKind::Config,
-           "nodata = \"{}\" is none of declared, none, or a number such as \"0\"", raster_.nodata);
+    if (!NoData::from_text(raster_.nodata))
+      fail(ErrorKind::Config, "nodata = \"{}\" is none of {}", raster_.nodata, kNoDataWords);
     make_legend(legend_, classes_);
   }
 

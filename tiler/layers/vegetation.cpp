@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "tiler/layer.h"
+#include "tiler/no_data.h"
 #include "tiler/vegetation/forest_pieces.h"
 #include "tiler/vegetation/sea_bed_plants.h"
 #include "tiler/vegetation/single_plants.h"
@@ -100,15 +101,15 @@ class VegetationKind final : public LayerKind {
         "canopy", canopy_,
         "vegetation: a raster of canopy heights above the ground in metres, which decides where "
         "trees stand and how tall they are; left out: land cover, height and slope alone do.");
-    visit.key("canopy_nodata", canopy_nodata_,
-              "vegetation: value of the canopy's samples without a height: declared (by the file), "
-              "none, or a number in quotes.");
+    visit.key(
+        "canopy_nodata", canopy_nodata_,
+        "vegetation: values of the canopy's samples without a height: declared (by the file), "
+        "none, or numbers in quotes.");
   }
   void validate() const override {
-    if (canopy_nodata_ != "declared" && canopy_nodata_ != "none" &&
-        !number_from_text(canopy_nodata_))
-      core::fail(core::ErrorKind::Config,
-                 "canopy_nodata = \"{}\" is neither declared, none nor a number", canopy_nodata_);
+    if (!NoData::from_text(canopy_nodata_))
+      core::fail(core::ErrorKind::Config, "canopy_nodata = \"{}\" is none of {}", canopy_nodata_,
+                 kNoDataWords);
   }
   std::unique_ptr<LayerKind> clone() const override {
     return std::make_unique<VegetationKind>(*this);
