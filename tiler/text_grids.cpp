@@ -53,7 +53,11 @@ void read_in_order(GDALDataset& dataset, const std::string& written, int depth) 
   if (is_text_grid(format)) return read_rows(dataset, written);
   constexpr int kDeepest = 16;  // of VRTs in VRTs; GDAL refuses one that names itself
   if (format != "VRT" || depth == kDeepest) return;
-  const CPLStringList files(dataset.GetFileList(), TRUE);
+  const auto list = [&] {
+    const GdalErrors quiet;
+    return dataset.GetFileList();
+  };
+  const CPLStringList files(list(), TRUE);
   for (int i = 0; i < files.Count(); ++i) {
     if (std::string_view(files[i]) == dataset.GetDescription()) continue;
     const GdalErrors quiet;
@@ -65,7 +69,18 @@ void read_in_order(GDALDataset& dataset, const std::string& written, int depth) 
 }  // namespace
 
 void read_text_grid_in_order(GDALDataset& dataset, const std::string& written) {
-  read_in_order(dataset, written, 0);
+  if (dataset.GetDriver() == nullptr) return;
+  const std::string_view format = dataset.GetDriver()->GetDescription();
+  if (format != "VRT") return read_in_order(dataset, written, 0);
+  const std::string name = dataset.GetDescription();
+  if (name.starts_with('<')) return;  // of terrain tiles, which are no text
+  // Listed by another one: GDAL says only once of a dataset why it could not open what that names.
+  GdalDatasetPtr copy;
+  {
+    const GdalErrors quiet;
+    copy.reset(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kTextGridsAndVrts));
+  }
+  if (copy) read_in_order(*copy, written, 0);
 }
 
 }  // namespace terracast::tiler
