@@ -68,6 +68,7 @@ class GdalRaster : public RasterSource {
     if (holds_heights_) take_claims(options);
     find_no_data();
     take_ledger(options);
+    if (errors.has_failure()) said_ = errors.text();
   }
 
   bool is_colour() const { return encoding_ != "heights"; }
@@ -99,6 +100,7 @@ class GdalRaster : public RasterSource {
   double offset_ = 0.0;
   NoData no_data_;
   core::Ledger ledger_;
+  std::string said_;    ///< by GDAL at opening, of what it could not do; it does not say so again
   int alpha_band_ = 0;  ///< 0: none
   bool uses_mask_ = false;
 };
@@ -172,7 +174,7 @@ void GdalRaster::take_ledger(const ElevationOptions& options) {
 
 void GdalRaster::fail_unread(const GdalErrors& errors) const {
   fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})", written_,
-       errors.text());
+       errors.has_failure() || said_.empty() ? errors.text() : said_);
 }
 
 void GdalRaster::read_samples(int band, const SampleWindow& window, std::vector<double>& samples,

@@ -1,6 +1,7 @@
 #include "tiler/text_grids.h"
 
-#include <cpl_string.h>
+#include <cpl_conv.h>
+#include <cpl_minixml.h>
 
 #include <algorithm>
 #include <string_view>
@@ -15,8 +16,6 @@ namespace {
 
 const char* const kTextGrids[] = {"AAIGrid", "GRASSASCIIGrid", "ISG", "GSAG",
                                   "GXF",     "ZMap",           "XYZ", nullptr};
-const char* const kTextGridsAndVrts[] = {
-    "AAIGrid", "GRASSASCIIGrid", "ISG", "GSAG", "GXF", "ZMap", "XYZ", "VRT", nullptr};
 
 bool is_text_grid(std::string_view format) {
   for (const char* const* name = kTextGrids; *name != nullptr; ++name)
@@ -47,40 +46,55 @@ void read_rows(GDALDataset& dataset, const std::string& written) {
   }
 }
 
-void read_in_order(GDALDataset& dataset, const std::string& written, int depth) {
-  if (dataset.GetDriver() == nullptr || dataset.GetRasterCount() == 0) return;
-  const std::string_view format = dataset.GetDriver()->GetDescription();
-  if (is_text_grid(format)) return read_rows(dataset, written);
+/// Files that the text of a VRT names, without opening any of them: GDAL says only once why it cannot open one.
+void find_named(const CPLXMLNode* node, const std::string& folder,
+                std::vector<std::string>& names) {
+  for (; node != nullptr; node = node->psNext) {
+    const std::string_view element = node->eType == CXT_Element ? node->pszValue : "";
+    if (element == "SourceFilename" || element == "SourceDataset") {
+      const char* name = CPLGetXMLValue(node, nullptr, "");
+      const bool is_relative = CPLTestBool(
+          CPLGetXMLValue(node, "relativeToVRT", CPLGetXMLValue(node, "relativetoVRT", "0")));
+      names.emplace_back(is_relative ? CPLProjectRelativeFilename(folder.c_str(), name) : name);
+    }
+    find_named(node->psChild, folder, names);
+  }
+}
+
+void read_named_by(const std::string& vrt, const std::string& written, int depth) {
   constexpr int kDeepest = 16;  // of VRTs in VRTs; GDAL refuses one that names itself
-  if (format != "VRT" || depth == kDeepest) return;
-  const auto list = [&] {
+  if (depth == kDeepest) return;
+  std::vector<std::string> names;
+  {
     const GdalErrors quiet;
-    return dataset.GetFileList();
-  };
-  const CPLStringList files(list(), TRUE);
-  for (int i = 0; i < files.Count(); ++i) {
-    if (std::string_view(files[i]) == dataset.GetDescription()) continue;
-    const GdalErrors quiet;
-    const GdalDatasetPtr inner(GDALDataset::Open(files[i], GDAL_OF_RASTER, kTextGridsAndVrts));
-    if (inner) read_in_order(*inner, written + ": " + files[i], depth + 1);
+    const CPLXMLTreeCloser document(CPLParseXMLFile(vrt.c_str()));
+    find_named(document.get(), CPLGetPath(vrt.c_str()), names);
+  }
+  for (const std::string& name : names) {
+    const std::string named = written + ": " + name;
+    if (name.ends_with(".vrt")) {
+      read_named_by(name, named, depth + 1);
+      continue;
+    }
+    GdalDatasetPtr grid;
+    {
+      const GdalErrors quiet;
+      if (GDALIdentifyDriverEx(name.c_str(), GDAL_OF_RASTER, kTextGrids, nullptr) != nullptr)
+        grid.reset(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kTextGrids));
+    }
+    if (grid && grid->GetRasterCount() > 0) read_rows(*grid, named);
   }
 }
 
 }  // namespace
 
 void read_text_grid_in_order(GDALDataset& dataset, const std::string& written) {
-  if (dataset.GetDriver() == nullptr) return;
+  if (dataset.GetDriver() == nullptr || dataset.GetRasterCount() == 0) return;
   const std::string_view format = dataset.GetDriver()->GetDescription();
-  if (format != "VRT") return read_in_order(dataset, written, 0);
+  if (is_text_grid(format)) return read_rows(dataset, written);
+  // One whose name is its own text is of terrain tiles, which are pictures.
   const std::string name = dataset.GetDescription();
-  if (name.starts_with('<')) return;  // of terrain tiles, which are no text
-  // Listed by another one: GDAL says only once of a dataset why it could not open what that names.
-  GdalDatasetPtr copy;
-  {
-    const GdalErrors quiet;
-    copy.reset(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kTextGridsAndVrts));
-  }
-  if (copy) read_in_order(*copy, written, 0);
+  if (format == "VRT" && !name.starts_with('<')) read_named_by(name, written, 0);
 }
 
 }  // namespace terracast::tiler

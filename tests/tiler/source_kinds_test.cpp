@@ -236,7 +236,7 @@ TEST(NoData, UndeclaredHolesAreRefusedNotPits) {
   };
   write_raster(folder / "holes.tif", spec);
   tiler::WorldOptions options = smooth(world_of_rasters({folder / "holes.tif"}, 2048.0));
-  expect_error(ErrorKind::Input, {"holes.tif", "exactly -9999", "nodata = \"-9999\""},
+  expect_error(ErrorKind::Input, {"holes.tif", "exactly -9999", "nodata = \"declared, -9999\""},
                [&] { prepare(options); });
   options.elevation[0].nodata = "-9999";
   EXPECT_NEAR(height_at(*prepare(options), kOriginLat_deg, kOriginLon_deg), 400.0, 1.0);

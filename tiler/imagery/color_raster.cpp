@@ -167,6 +167,7 @@ ColorRaster::ColorRaster(const core::Path& file, const ColorOptions& options,
                                  .uses_nodata = no_data_.takes_declared(),
                                  .uses_mask = uses_mask_,
                                  .uses_colours = true});
+  if (errors.has_failure()) said_ = errors.text();
 
   const Eigen::AlignedBox2d box = grid_->box_of_square(inputs.frame, half_size_m_);
   box_ = box.intersection(Eigen::AlignedBox2d(
@@ -251,7 +252,7 @@ ColorRaster::Window ColorRaster::read(GDALDataset& dataset, const SampleWindow& 
   std::vector<int> bands = bands_;
   const auto fail_unread = [&] {
     fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})", file_.written,
-         errors.text());
+         errors.has_failure() || said_.empty() ? errors.text() : said_);
   };
   const auto line = static_cast<GSpacing>(width);
   const std::vector<WindowPart> parts = grid_->parts_of(at, width);

@@ -106,6 +106,7 @@ class ColorRaster {
   double gain_ = 1.0;
   std::string hash_;
   core::Ledger ledger_;
+  std::string said_;  ///< by GDAL at opening, of what it could not do; it does not say so again
   mutable std::mutex mutex_;
   mutable std::vector<GdalDatasetPtr> idle_;
 };
