@@ -316,8 +316,10 @@ TEST(LandCover, RastersThatLieElsewhereOrNowhereAreRefused) {
   spec.type = GDT_Float32;
   spec.value = [](double, double) { return 10.5; };
   refuse({"holds 10.5", "class codes"});
+  // NaN is no code: the raster says nothing there.
   spec.value = [](double, double) { return std::nan(""); };
-  refuse({"holds nan", "nodata"});
+  write_raster(folder / "classes.tif", spec);
+  EXPECT_NO_THROW(prepare(world_with_cover({folder / "classes.tif"}, "legend = \"worldcover\"")));
   spec.type = GDT_Int16;
   spec.value = [](double, double) { return -5.0; };
   refuse({"holds -5"});
