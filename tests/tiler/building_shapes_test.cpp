@@ -135,6 +135,70 @@ TEST(BuildingShapes, EachRoofThatATagNamesIsTheOneThatStands) {
   }
 }
 
+/// Highest vertex of a shape over a place, m.
+double top_over(const world::Shape& shape, const Vector2d& at_m) {
+  double top_m = -1e9;
+  for (const auto& vertex : shape.vertices_steps)
+    if ((vertex.head<2>().cast<double>() * kHeightStep_m - at_m).norm() < 0.01)
+      top_m = std::max(top_m, vertex.z() * kHeightStep_m);
+  return top_m;
+}
+
+// Whichever way a roof falls, along walls or not, and by whatever rounding of the angle's sine: its corners lie on the
+// plane that its direction, height and outline define.
+TEST(BuildingShapes, SkillionsFallWhereTheirDirectionSays) {
+  const Vector2d size(12.0, 20.0);
+  const double roof_m = 2.4;
+  std::vector<double> directions;
+  for (int deg = 0; deg <= 360; deg += 5) directions.push_back(deg);
+  for (const double quarter : {0.0, 90.0, 180.0, 270.0, 360.0})
+    for (const double off : {1e-13, 1e-9, 1e-6, 1e-4, 1e-3, 0.003, 0.01, 0.05, 1.0})
+      directions.insert(directions.end(), {quarter - off, quarter + off});
+  for (const double deg : directions)
+    for (const BuildingDetail detail : {BuildingDetail::Plain, BuildingDetail::Fine}) {
+      BuildingDesign design;
+      design.roof = RoofShape::Skillion;
+      design.roof_height_m = roof_m;
+      design.top_m = 9.0;
+      design.roof_direction_deg = deg;
+      BuildingPlan plan;
+      plan.rings = rectangle(size.x(), size.y());
+      plan.design = &design;
+      plan.foundation_steps = steps(1.0);
+      const world::Shape shape = tiler::building_shape(plan, detail);
+      sound_facts(shape, "direction " + std::to_string(deg));
+      const double turned = deg * 3.14159265358979323846 / 180.0;
+      const Vector2d up_slope(-std::sin(turned), -std::cos(turned));
+      const auto [low, high] = box_of(shape);
+      EXPECT_NEAR(high.z(), design.top_m, 2 * kHeightStep_m) << deg;
+      if (detail == BuildingDetail::Fine) {
+        // With eaves: it slopes as well.
+        double lowest_m = 1e9;
+        for (const double x : {low.x(), high.x()})
+          for (const double y : {low.y(), high.y()})
+            lowest_m = std::min(lowest_m, top_over(shape, {x, y}));
+        EXPECT_LT(lowest_m, design.top_m - roof_m + 0.02) << deg;
+        continue;
+      }
+      double least = 1e9;
+      double most = -1e9;
+      std::vector<std::pair<Vector2d, double>> corners;
+      for (const double x : {0.0, size.x()})
+        for (const double y : {0.0, size.y()}) {
+          const double along = up_slope.dot(Vector2d(x, y));
+          least = std::min(least, along);
+          most = std::max(most, along);
+          corners.emplace_back(Vector2d(x, y), along);
+        }
+      // Rises below four steps are none, and all are whole steps.
+      for (const auto& [at, along] : corners)
+        EXPECT_NEAR(top_over(shape, at),
+                    design.top_m - roof_m + roof_m * (along - least) / (most - least),
+                    5 * kHeightStep_m)
+            << deg << " at " << at.transpose();
+    }
+}
+
 // Windows are drawn in bays and storeys of the pattern's own size: no wall may cut one.
 TEST(BuildingShapes, WallsHoldWholeBaysAndStoreys) {
   for (const auto style : {world::FacadeStyle::House, world::FacadeStyle::Apartments,

@@ -17,6 +17,8 @@ using Eigen::Vector2i;
 
 /// Points of a roof that are nearer to each other are one, steps.
 constexpr double kMerge_steps = 80.0;
+/// Gables lower than this are none: their triangles may turn over when their corners are rounded in the world.
+constexpr double kLeastRise_steps = 4.0;
 /// Skeletons of more corners take too long, and no house has them.
 constexpr std::size_t kMostCorners = 120;
 
@@ -324,9 +326,12 @@ std::optional<Roof> skillion_roof(const RingsSteps& rings, const RoofOptions& op
       std::min(options.most_steps,
                options.height_steps > 0.0 ? options.height_steps : options.slope * (high - low));
   std::vector<int> face;
-  for (std::size_t i = 0; i < roof.points_steps.size(); ++i)
-    roof.rises_steps[i] =
+  for (std::size_t i = 0; i < roof.points_steps.size(); ++i) {
+    const double rise =
         height * (up_slope.dot(roof.points_steps[i].cast<double>()) - low) / (high - low);
+    // Whole steps, and none that walls could not show: the sine of 180 degrees is not 0 in double.
+    roof.rises_steps[i] = rise < kLeastRise_steps ? 0.0 : std::round(rise);
+  }
   for (std::size_t i = 0; i < rings.front().size(); ++i) face.push_back(static_cast<int>(i));
   roof.faces.push_back(std::move(face));
   return roof;
