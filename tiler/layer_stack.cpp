@@ -12,7 +12,6 @@
 #include "core/random.h"
 #include "tiler/bed_site.h"
 #include "tiler/country/country.h"
-#include "tiler/dry_cover.h"
 #include "tiler/dry_paint.h"
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/instance_ids.h"
@@ -344,7 +343,7 @@ void LayerStack::add(std::unique_ptr<Layer> layer, const LayerOptions& options) 
     volume_places_.push_back(place);
   }
   for (const world::Volume& volume : layer->volumes()) volumes_.push_back(volume);
-  may_tell_of_water_.push_back(dynamic_cast<const DryCover*>(layer.get()) == nullptr ? 1 : 0);
+  told_.add(*layer);
   layers_.push_back(std::move(layer));
 }
 
@@ -398,31 +397,13 @@ bool LayerStack::is_layered(const Eigen::Vector2d& place_world, const SurfaceSam
          sample.cover == world::Cover::Land;
 }
 
-std::optional<LayerStack::Told> LayerStack::told(const Eigen::Vector2d& place_world,
-                                                 const SurfaceSample& sample) const {
-  std::optional<Told> told;
-  for (std::size_t row = 0; row < layers_.size(); ++row) {
-    const Layer& layer = *layers_[row];
-    if (told && is_water(told->cover)) {
-      if (layer.lift_m(place_world, sample) == 0.0) continue;
-      // What a layer builds in the water of an earlier one, as a road its dam over a culvert, is dry.
-      told.reset();
-    }
-    if (told && may_tell_of_water_[row] == 0) continue;
-    const std::optional<world::Cover> cover = layer.cover(place_world, sample);
-    if (!cover || (told && !is_water(*cover))) continue;
-    told = Told{*cover, &layer};
-  }
-  return told;
-}
-
 SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const {
   // Beyond the square no cover is told; what is drawn there follows the moisture.
   if (dryness_ && sample.cover == world::Cover::Outside)
     sample.moisture =
         static_cast<std::uint8_t>(std::lround(sample.moisture * dryness_->growth(place_world)));
   if (!is_layered(place_world, sample)) return sample;
-  const std::optional<Told> told = this->told(place_world, sample);
+  const std::optional<ToldCovers::Told> told = told_.at(place_world, sample);
   const bool has_water = told && is_water(told->cover);
   const double depth_m =
       has_water ? told->by->water_depth_m(place_world, sample).value_or(kUnknownDepth_m) : 0.0;
@@ -443,7 +424,7 @@ double LayerStack::shaped_z_world(const Eigen::Vector2d& place_world,
 world::Cover LayerStack::shaped_cover(const Eigen::Vector2d& place_world,
                                       const SurfaceSample& sample) const {
   if (!is_layered(place_world, sample)) return sample.cover;
-  const std::optional<Told> told = this->told(place_world, sample);
+  const std::optional<ToldCovers::Told> told = told_.at(place_world, sample);
   return told ? told->cover : untold_cover(place_world, sample);
 }
 
@@ -461,16 +442,7 @@ world::Cover LayerStack::untold_cover(const Eigen::Vector2d& place_world,
 bool LayerStack::is_shaped_water(const Eigen::Vector2d& place_world,
                                  const SurfaceSample& sample) const {
   if (!is_layered(place_world, sample)) return is_water(sample.cover);
-  bool is_wet = false;
-  for (std::size_t row = 0; row < layers_.size(); ++row) {
-    const Layer& layer = *layers_[row];
-    if (is_wet && layer.lift_m(place_world, sample) == 0.0) continue;
-    is_wet = false;
-    if (may_tell_of_water_[row] == 0) continue;
-    const std::optional<world::Cover> cover = layer.cover(place_world, sample);
-    is_wet = cover && is_water(*cover);
-  }
-  return is_wet;
+  return told_.is_water(place_world, sample);
 }
 
 void LayerStack::add_objects(world::Tile& tile) const {

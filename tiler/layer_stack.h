@@ -9,6 +9,7 @@
 #include "tiler/dryness.h"
 #include "tiler/layer.h"
 #include "tiler/surface.h"
+#include "tiler/told_cover.h"
 #include "world/raster_info.h"
 
 namespace terracast::tiler {
@@ -65,26 +66,18 @@ class LayerStack {
   void add_objects(world::Tile& tile) const;
 
  private:
-  /// What covers a place, and the layer that tells of it.
-  struct Told {
-    world::Cover cover;
-    const Layer* by;
-  };
-
   void add(std::unique_ptr<Layer> layer, const LayerOptions& options);
   friend std::shared_ptr<const WorldSurface> layered_surface(
       std::shared_ptr<const WorldSurface> surface, LayerStack layers);
 
   /// Whether layers are asked of a place with such a sample.
   bool is_layered(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
-  std::optional<Told> told(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
-
   /// What covers a place of which no layer tells.
   world::Cover untold_cover(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
 
   const WorldSurface* bare_ = nullptr;  ///< the ground without them, once they lie on one
   std::vector<std::unique_ptr<Layer>> layers_;
-  std::vector<std::uint8_t> may_tell_of_water_;  ///< each layer
+  ToldCovers told_;
   std::vector<world::LayerInfo> infos_;
   std::vector<world::Prototype> prototypes_;
   std::vector<double> reaches_m_;             ///< of the prototypes

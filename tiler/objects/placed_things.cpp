@@ -57,7 +57,7 @@ constexpr std::string_view kVerdicts[] = {"",
 }  // namespace
 
 GroundBelow::GroundBelow(const LayerInputs& inputs)
-    : surface_(inputs.surface), half_size_m_(0.5 * inputs.size_m) {
+    : surface_(inputs.surface), covers_(inputs.earlier), half_size_m_(0.5 * inputs.size_m) {
   const auto& layers = inputs.surface.options().layers;
   for (std::size_t i = 0; i < inputs.earlier.size(); ++i) {
     const std::string kind = i < layers.size() ? layers[i].kind : "";
@@ -67,22 +67,12 @@ GroundBelow::GroundBelow(const LayerInputs& inputs)
 }
 
 bool GroundBelow::is_water(const Vector2d& place) const {
-  const SurfaceSample sample = surface_.sample(place.x(), place.y());
-  if (sample.cover != world::Cover::Land) return sample.cover != world::Cover::Outside;
-  for (const Below& below : layers_) {
-    const std::optional<world::Cover> cover = below.layer->cover(place, sample);
-    if (cover && (*cover == world::Cover::Lake || *cover == world::Cover::River ||
-                  *cover == world::Cover::Sea))
-      return true;
-  }
-  return false;
+  return covers_.is_water_on(surface_, place);
 }
 
 std::optional<world::Cover> GroundBelow::cover(const Vector2d& place) const {
-  const SurfaceSample sample = surface_.sample(place.x(), place.y());
-  for (const Below& below : layers_)
-    if (const auto cover = below.layer->cover(place, sample)) return cover;
-  return std::nullopt;
+  const auto told = covers_.at(place, surface_.sample(place.x(), place.y()));
+  return told ? std::optional(told->cover) : std::nullopt;
 }
 
 double GroundBelow::z_world(const Vector2d& place) const {

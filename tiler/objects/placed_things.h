@@ -9,6 +9,7 @@
 #include "tiler/layer.h"
 #include "tiler/objects/footprints.h"
 #include "tiler/objects/rules.h"
+#include "tiler/told_cover.h"
 #include "world/shape.h"
 
 namespace terracast::tiler {
@@ -102,6 +103,7 @@ class GroundBelow {
 
  private:
   const WorldSurface& surface_;
+  ToldCovers covers_;
   double half_size_m_;
   struct Below {
     const Layer* layer;
