@@ -12,13 +12,14 @@
 #include <tuple>
 
 #include "core/error.h"
-#include "core/parallel.h"
-#include "geo/units.h"
 #include "tiler/crs_operation.h"
 #include "tiler/gdal_support.h"
 #include "tiler/geojson_crs.h"
+#include "tiler/osm_census.h"
 #include "tiler/osm_element.h"
+#include "tiler/vector_fields.h"
 #include "tiler/vector_parts.h"
+#include "tiler/vector_reader.h"
 
 namespace terracast::tiler {
 namespace {
@@ -29,97 +30,37 @@ using Eigen::Vector2d;
 
 /// Of VectorData::counts.
 constexpr std::string_view kReadCount = "features read";
-/// Points of a long edge stand no farther apart: what is straight in latitude and longitude bends from
-/// a straight line by s^2 / 8R tan(latitude), 2 cm for 1 km at 45 degrees.
-constexpr double kLongestEdge_m = 1000.0;
-/// Features are cut so far from the world's middle: the tangent frame folds back beyond the horizon.
-constexpr double kFarthest_deg = 10.0;
-constexpr double kMetresPerDegree = 111320.0;
 /// Formats that keep the numbers of their features whatever the order of the rows.
 constexpr std::array<std::string_view, 3> kNumberedFormats = {"GPKG", "SQLite", "OpenFileGDB"};
 constexpr int kDeepestCollection = 8;
 
-class Reader {
+/// Has GDAL keep nodes by a table that takes any number, in place of its quicker one, which takes none below 0.
+class AnyOsmNumbers {
  public:
-  Reader(const core::Path& file, const VectorOptions& options, const VectorFrame& frame)
-      : file_(file), options_(options), frame_(frame), origin_(frame.frame.origin()) {
-    const double reach_m = 0.5 * frame.size_m + options.margin_m;
-    square_m_.add(Vector2d::Constant(-reach_m));
-    square_m_.add(Vector2d::Constant(reach_m));
-    // The square in longitude and latitude, at the ground's heights.
-    for (int i = 0; i <= 32; ++i)
-      for (const Vector2d& edge : {Vector2d(-1, i / 16.0 - 1), Vector2d(1, i / 16.0 - 1),
-                                   Vector2d(i / 16.0 - 1, -1), Vector2d(i / 16.0 - 1, 1)})
-        for (const double z_m : {-12000.0, 10000.0}) {
-          const geo::Geodetic at = frame.frame.geodetic_from_world(
-              {reach_m * edge.x(), reach_m * edge.y(), z_m - 0.5 * reach_m * reach_m / 6.4e6});
-          square_deg_.add(Vector2d(near_origin(at.lon_deg), at.lat_deg));
-        }
-  }
-
-  VectorData read();
+  AnyOsmNumbers() { CPLSetThreadLocalConfigOption(kOption, "NO"); }
+  ~AnyOsmNumbers() { CPLSetThreadLocalConfigOption(kOption, nullptr); }
+  AnyOsmNumbers(const AnyOsmNumbers&) = delete;
+  AnyOsmNumbers& operator=(const AnyOsmNumbers&) = delete;
 
  private:
-  struct LayerRules {
-    OGRLayer* layer = nullptr;
-    bool is_osm = false;
-    bool is_geographic = true;
-    std::shared_ptr<const SharedTransformation> geodetic_from_crs;  ///< null: nothing to do
-    std::string crs_name;
-    int number_field = -1;
-    int osm_field = -1;      ///< osm_id
-    int osm_way_field = -1;  ///< osm_way_id
-    bool keeps_numbers = false;
-    std::uint64_t number_salt = 0;  ///< tells the numbers of one layer from another's
-  };
-
-  double near_origin(double lon_deg) const {
-    return lon_deg - 360.0 * std::round((lon_deg - origin_.lon_deg) / 360.0);
-  }
-  const LayerRules& rules_of(GDALDataset& dataset, OGRLayer* layer);
-  LayerRules make_rules(GDALDataset& dataset, OGRLayer* layer);
-  FeatureTags tags_of(const OGRFeature& feature, const LayerRules& rules) const;
-  struct Number {
-    std::uint64_t value;
-    bool is_osm;  ///< osm_number()
-  };
-  Number number_of(const OGRFeature& feature, const LayerRules& rules,
-                   const FeatureTags& tags) const;
-  void take(const OGRFeature& feature, const LayerRules& rules);
-  void collect(const OGRGeometry* geometry, int depth,
-               std::array<std::vector<std::vector<PointsWorld>>, 3>& parts_by_kind);
-  bool turn_into_degrees(std::vector<std::vector<PointsWorld>>& parts, FeatureKind kind,
-                         const LayerRules& rules);
-  bool transform(PointsWorld& line, const LayerRules& rules) const;
-  void split_long_edges(PointsWorld& line_crs, PointsWorld& line_deg, bool is_ring,
-                        const LayerRules& rules) const;
-  void unwrap(std::vector<std::vector<PointsWorld>>& parts) const;
-  void cut_far(std::vector<std::vector<PointsWorld>>& parts, FeatureKind kind) const;
-  void put_on_ground();
-
-  const core::Path& file_;
-  const VectorOptions& options_;
-  const VectorFrame& frame_;
-  const GdalErrors errors_;
-  geo::Geodetic origin_;
-  Box square_m_;
-  Box square_deg_;  ///< longitude, latitude
-  Box found_deg_;   ///< of all that was read
-  bool has_near_ = false;
-  std::string broken_place_;  ///< begins the first feature whose places are none
-  std::vector<std::unique_ptr<LayerRules>> rules_;
-  VectorData data_;
-  std::int64_t num_read_ = 0;
-  std::int64_t num_osm_ = 0;
-  std::int64_t num_unwanted_ = 0;
-  std::int64_t num_outside_ = 0;
-  std::int64_t num_without_geometry_ = 0;
-  std::int64_t num_broken_ = 0;
-  std::int64_t num_collapsed_ = 0;
-  std::int64_t num_cut_ = 0;
+  static constexpr const char* kOption = "OSM_USE_CUSTOM_INDEXING";
 };
 
-Reader::LayerRules Reader::make_rules(GDALDataset& dataset, OGRLayer* layer) {
+/// Points of a line or ring as the source has them; of a ring without the closing one.
+PointsWorld points_of(const OGRSimpleCurve& curve, bool is_ring) {
+  PointsWorld points;
+  points.reserve(static_cast<std::size_t>(curve.getNumPoints()));
+  for (int i = 0; i < curve.getNumPoints(); ++i) {
+    const Vector2d at(curve.getX(i), curve.getY(i));
+    if (points.empty() || !(points.back() == at)) points.push_back(at);
+  }
+  while (is_ring && points.size() > 1 && points.front() == points.back()) points.pop_back();
+  return points;
+}
+
+}  // namespace
+
+VectorReader::LayerRules VectorReader::make_rules(GDALDataset& dataset, OGRLayer* layer) {
   LayerRules rules;
   rules.layer = layer;
   const std::string_view driver = dataset.GetDriver()->GetDescription();
@@ -166,29 +107,15 @@ Reader::LayerRules Reader::make_rules(GDALDataset& dataset, OGRLayer* layer) {
   return rules;
 }
 
-const Reader::LayerRules& Reader::rules_of(GDALDataset& dataset, OGRLayer* layer) {
+const VectorReader::LayerRules& VectorReader::rules_of(GDALDataset& dataset, OGRLayer* layer) {
   for (const auto& rules : rules_)
     if (rules->layer == layer) return *rules;
   rules_.push_back(std::make_unique<LayerRules>(make_rules(dataset, layer)));
   return *rules_.back();
 }
 
-FeatureTags Reader::tags_of(const OGRFeature& feature, const LayerRules& rules) const {
-  std::vector<std::pair<std::string, std::string>> tags;
-  for (int i = 0; i < feature.GetFieldCount(); ++i) {
-    if (feature.IsFieldSetAndNotNull(i) == 0) continue;
-    const std::string name = feature.GetFieldDefnRef(i)->GetNameRef();
-    const char* text = const_cast<OGRFeature&>(feature).GetFieldAsString(i);
-    if (name == "other_tags" || name == "all_tags")
-      unpack_tags(text, tags);
-    else if (!rules.is_osm)
-      tags.emplace_back(name, text);
-  }
-  return FeatureTags(std::move(tags));
-}
-
-Reader::Number Reader::number_of(const OGRFeature& feature, const LayerRules& rules,
-                                 const FeatureTags& tags) const {
+VectorReader::Number VectorReader::number_of(const OGRFeature& feature, const LayerRules& rules,
+                                             const FeatureTags& tags) const {
   const auto osm = [](OsmKind kind, std::uint64_t id) {
     return Number{.value = osm_number(kind, id), .is_osm = true};
   };
@@ -210,8 +137,11 @@ Reader::Number Reader::number_of(const OGRFeature& feature, const LayerRules& ru
   }
   const std::string_view layer = rules.layer->GetName();
   if (options_.number_field != "fid") {
-    if (const auto way = whole_number(text_of(rules.osm_way_field))) return osm(OsmKind::Way, *way);
+    const std::string way_element = text_of(rules.osm_way_field);
+    if (const auto way = whole_number(way_element)) return osm(OsmKind::Way, *way);
     std::string element = text_of(rules.osm_field);
+    if (rules.is_osm && (way_element + element).starts_with('-'))
+      return unuploaded_number(feature, way_element.empty() ? element : way_element);
     // As osm2pgsql writes relations.
     const bool is_negative = element.starts_with('-');
     if (is_negative) element.erase(0, 1);
@@ -245,20 +175,21 @@ Reader::Number Reader::number_of(const OGRFeature& feature, const LayerRules& ru
   return {.value = hash.value(), .is_osm = false};
 }
 
-/// Points of a line or ring as the source has them; of a ring without the closing one.
-PointsWorld points_of(const OGRSimpleCurve& curve, bool is_ring) {
-  PointsWorld points;
-  points.reserve(static_cast<std::size_t>(curve.getNumPoints()));
-  for (int i = 0; i < curve.getNumPoints(); ++i) {
-    const Vector2d at(curve.getX(i), curve.getY(i));
-    if (points.empty() || !(points.back() == at)) points.push_back(at);
-  }
-  while (is_ring && points.size() > 1 && points.front() == points.back()) points.pop_back();
-  return points;
+/// The number of an element of OpenStreetMap that was never uploaded, below 0: of no element that there is.
+VectorReader::Number VectorReader::unuploaded_number(const OGRFeature& feature,
+                                                     const std::string& text) const {
+  const std::uint64_t id = std::uint64_t{0} - whole_number(text.substr(1)).value_or(1);
+  const OGRwkbGeometryType type = wkbFlatten(feature.GetGeometryRef()->getGeometryType());
+  const bool is_relation = feature.GetFieldIndex("osm_way_id") >= 0 &&
+                           feature.IsFieldSetAndNotNull(feature.GetFieldIndex("osm_way_id")) == 0;
+  const OsmKind kind = type == wkbPoint ? OsmKind::Node
+                       : is_relation    ? OsmKind::Relation
+                                        : OsmKind::Way;
+  return {.value = osm_number(kind, id), .is_osm = false};
 }
 
-void Reader::collect(const OGRGeometry* geometry, int depth,
-                     std::array<std::vector<std::vector<PointsWorld>>, 3>& parts_by_kind) {
+void VectorReader::collect(const OGRGeometry* geometry, int depth,
+                           std::array<std::vector<std::vector<PointsWorld>>, 3>& parts_by_kind) {
   if (geometry == nullptr || geometry->IsEmpty() != FALSE || depth > kDeepestCollection) return;
   std::unique_ptr<OGRGeometry> straight;
   if (geometry->hasCurveGeometry() != FALSE) {
@@ -297,116 +228,14 @@ void Reader::collect(const OGRGeometry* geometry, int depth,
   }
 }
 
-/// False: a place that is none. In place, from the source's coordinates to longitude and latitude.
-bool Reader::transform(PointsWorld& line, const LayerRules& rules) const {
-  for (const Vector2d& at : line)
-    if (!at.allFinite()) return false;
-  if (rules.geodetic_from_crs) {
-    std::vector<double> x(line.size());
-    std::vector<double> y(line.size());
-    for (std::size_t i = 0; i < line.size(); ++i) {
-      x[i] = line[i].x();
-      y[i] = line[i].y();
-    }
-    if (!rules.geodetic_from_crs->transform(x, y)) return false;
-    for (std::size_t i = 0; i < line.size(); ++i) line[i] = {x[i], y[i]};
-  }
-  for (const Vector2d& at : line)
-    if (!(std::abs(at.y()) <= 90.0 && std::abs(at.x()) <= 720.0)) return false;
-  return true;
-}
-
-/// Adds points on the long edges that come near the square.
-void Reader::split_long_edges(PointsWorld& line_crs, PointsWorld& line_deg, bool is_ring,
-                              const LayerRules& rules) const {
-  const std::size_t num_edges = line_deg.size() - (is_ring ? 0 : 1);
-  const double lon_scale = std::cos(geo::radians_from_degrees(origin_.lat_deg));
-  PointsWorld fine_crs;
-  bool is_split = false;
-  for (std::size_t i = 0; i < line_deg.size(); ++i) {
-    fine_crs.push_back(line_crs[i]);
-    if (i >= num_edges) break;
-    const std::size_t next = (i + 1) % line_deg.size();
-    Box edge;
-    edge.add(line_deg[i]);
-    edge.add(line_deg[next]);
-    const Vector2d extent = edge.highest - edge.lowest;
-    const double length_m = kMetresPerDegree * std::hypot(extent.x() * lon_scale, extent.y());
-    if (length_m <= kLongestEdge_m || extent.x() > 180.0) continue;
-    const double middle_deg = 0.5 * (edge.lowest.x() + edge.highest.x());
-    edge.lowest.x() += near_origin(middle_deg) - middle_deg;
-    edge.highest.x() += near_origin(middle_deg) - middle_deg;
-    // What an edge bends by is far less than a hundredth of its length.
-    edge.lowest -= Vector2d::Constant(0.01 * extent.norm());
-    edge.highest += Vector2d::Constant(0.01 * extent.norm());
-    if (!edge.overlaps(square_deg_)) continue;
-    const int num_pieces = static_cast<int>(std::ceil(length_m / kLongestEdge_m));
-    for (int k = 1; k < num_pieces; ++k)
-      fine_crs.push_back(line_crs[i] + (line_crs[next] - line_crs[i]) * (double(k) / num_pieces));
-    is_split = true;
-  }
-  if (!is_split) return;
-  line_deg = fine_crs;
-  if (!transform(line_deg, rules)) line_deg.clear();
-}
-
-/// Turns longitudes by whole turns, so that they run on round the origin.
-void Reader::unwrap(std::vector<std::vector<PointsWorld>>& parts) const {
-  for (auto& part : parts) {
-    Box box;
-    for (const PointsWorld& line : part)
-      for (const Vector2d& at : line) box.add(at);
-    // A part over more than half the Earth crosses the date line, or reaches round the Earth.
-    bool crosses = box.highest.x() - box.lowest.x() > 180.0;
-    for (const PointsWorld& line : part)
-      for (const Vector2d& at : line)
-        crosses = crosses && std::abs(at.x()) > 90.0 && std::abs(at.x()) < 180.0;
-    const double middle_deg = 0.5 * (box.highest.x() + box.lowest.x());
-    const double turn_deg = near_origin(middle_deg) - middle_deg;
-    for (PointsWorld& line : part)
-      for (Vector2d& at : line) at.x() = crosses ? near_origin(at.x()) : at.x() + turn_deg;
-  }
-}
-
-void Reader::cut_far(std::vector<std::vector<PointsWorld>>& parts, FeatureKind kind) const {
-  if (kind == FeatureKind::Point) return;
-  const bool is_ring = kind == FeatureKind::Area;
-  const std::array<double, 2> middle = {origin_.lon_deg, origin_.lat_deg};
-  for (auto& part : parts) {
-    for (PointsWorld& line : part)
-      for (int axis = 0; axis < 2; ++axis)
-        for (const double side : {-1.0, 1.0})
-          line = cut(line, axis, middle[static_cast<std::size_t>(axis)] + side * kFarthest_deg,
-                     side, is_ring);
-    std::erase_if(part, [&](const PointsWorld& line) { return line.size() < (is_ring ? 3U : 2U); });
-  }
-  std::erase_if(parts, [](const auto& part) { return part.empty(); });
-}
-
-/// False: places that are none.
-bool Reader::turn_into_degrees(std::vector<std::vector<PointsWorld>>& parts, FeatureKind kind,
-                               const LayerRules& rules) {
-  const bool is_ring = kind == FeatureKind::Area;
-  for (auto& part : parts)
-    for (PointsWorld& line : part) {
-      PointsWorld line_crs = line;
-      if (!transform(line, rules)) return false;
-      if (kind == FeatureKind::Point) continue;
-      split_long_edges(line_crs, line, is_ring, rules);
-      if (line.empty()) return false;
-    }
-  unwrap(parts);
-  return true;
-}
-
-void Reader::take(const OGRFeature& feature, const LayerRules& rules) {
+void VectorReader::take(const OGRFeature& feature, const LayerRules& rules) {
   ++num_read_;
   const OGRGeometry* geometry = feature.GetGeometryRef();
   if (geometry == nullptr || geometry->IsEmpty() != FALSE) {
     ++num_without_geometry_;
     return;
   }
-  const FeatureTags tags = tags_of(feature, rules);
+  const FeatureTags tags(tags_of_fields(feature, rules.is_osm));
   const bool is_wanted = !options_.wanted || options_.wanted(tags);
   if (!is_wanted) {
     ++num_unwanted_;
@@ -459,41 +288,100 @@ void Reader::take(const OGRFeature& feature, const LayerRules& rules) {
   if (is_outside && is_wanted) ++num_outside_;
 }
 
-/// From longitude and latitude to the world's x and y.
-void Reader::put_on_ground() {
-  std::vector<char> is_near(data_.features.size(), 0);
-  core::parallel_for_blocks(
-      static_cast<std::int64_t>(data_.features.size()), 16,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin; i < end; ++i) {
-          VectorFeature& feature = data_.features[static_cast<std::size_t>(i)];
-          for (auto& part : feature.parts_world)
-            for (PointsWorld& line : part)
-              for (Vector2d& at : line) {
-                geo::Geodetic place{.lat_deg = at.y(), .lon_deg = at.x(), .height_m = 0.0};
-                place.height_m = frame_.ground_height_m(place);
-                at = frame_.frame.world_from_geodetic(place).head<2>();
-              }
-          is_near[static_cast<std::size_t>(i)] =
-              box_of(feature.parts_world).overlaps(square_m_) ? 1 : 0;
-        }
-      });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < data_.features.size(); ++i) {
-    if (is_near[i] == 0) {
-      ++num_outside_;
-      continue;
-    }
-    if (kept != i) data_.features[kept] = std::move(data_.features[i]);
-    ++kept;
-  }
-  data_.features.resize(kept);
+bool VectorReader::is_read(OGRLayer& layer, bool is_osm) const {
+  const std::string name = layer.GetName();
+  if (is_osm && options_.layers.empty())
+    return name == "points"            ? options_.points
+           : name == "multipolygons"   ? options_.areas
+           : name == "other_relations" ? false
+                                       : options_.lines;
+  return options_.layers.empty() ||
+         std::find(options_.layers.begin(), options_.layers.end(), name) != options_.layers.end();
 }
 
-VectorData Reader::read() {
-  const GdalDatasetPtr dataset = open_gdal_vectors(file_, errors_);
+void VectorReader::read_osm(GDALDataset& dataset) {
+  // The other layers are then not put together at all.
+  std::string names;
+  for (int i = 0; i < dataset.GetLayerCount(); ++i)
+    if (is_read(*dataset.GetLayer(i), true))
+      names += (names.empty() ? "" : ",") + std::string(dataset.GetLayer(i)->GetName());
+  dataset.ExecuteSQL(("SET interest_layers = " + names).c_str(), nullptr, nullptr);
+  while (true) {
+    OGRLayer* layer = nullptr;
+    const std::unique_ptr<OGRFeature> feature(
+        dataset.GetNextFeature(&layer, nullptr, nullptr, nullptr));
+    if (!feature) break;
+    if (!is_read(*layer, true)) continue;
+    const LayerRules& rules = rules_of(dataset, layer);
+    if (!was_deleted(*feature, rules)) take(*feature, rules);
+  }
+}
+
+void VectorReader::read_layers(GDALDataset& dataset) {
+  for (int i = 0; i < dataset.GetLayerCount(); ++i) {
+    OGRLayer* layer = dataset.GetLayer(i);
+    if (!is_read(*layer, false)) continue;
+    if (layer->GetGeomType() == wkbNone) {
+      num_without_geometry_ += std::max<GIntBig>(layer->GetFeatureCount(), 0);
+      continue;
+    }
+    const LayerRules& rules = rules_of(dataset, layer);
+    layer->ResetReading();
+    const std::int64_t num_before = num_read_;
+    while (const auto feature = std::unique_ptr<OGRFeature>(layer->GetNextFeature()))
+      take(*feature, rules);
+    // What the file counts, and its reader does not give.
+    num_passed_over_ += std::max<GIntBig>(layer->GetFeatureCount() - (num_read_ - num_before), 0);
+  }
+}
+
+/// Whether an editor has deleted it, and not yet told the server.
+bool VectorReader::was_deleted(const OGRFeature& feature, const LayerRules& rules) const {
+  if (census_.deleted.empty()) return false;
+  const auto number_in = [&](int field) -> std::optional<std::int64_t> {
+    if (field < 0 || feature.IsFieldSetAndNotNull(field) == 0) return std::nullopt;
+    return feature.GetFieldAsInteger64(field);
+  };
+  if (const auto way = number_in(rules.osm_way_field)) return census_.is_deleted('w', *way);
+  const auto number = number_in(rules.osm_field);
+  if (!number) return false;
+  const std::string_view layer = rules.layer->GetName();
+  return census_.is_deleted(layer == "points" ? 'n' : layer == "lines" ? 'w' : 'r', *number);
+}
+
+void VectorReader::check_that_some_are_left() const {
+  if (num_read_ == 0 && census_.num_ways > 0 && census_.num_ways_without_nodes == census_.num_ways)
+    fail(ErrorKind::Input,
+         "{}: none of its {} ways has a place: they refer to nodes that the file does not hold (it "
+         "holds {}); extract them with their nodes (osmium extract --strategy=complete_ways, or in "
+         "Overpass \"out body; >; out skel;\")",
+         file_.written, census_.num_ways, census_.num_nodes);
+  if (num_read_ > 0 && num_without_geometry_ == num_read_)
+    fail(ErrorKind::Input,
+         "{}: none of its {} features has a geometry; write it with geometries (ogr2ogr makes them "
+         "of columns with -oo X_POSSIBLE_NAMES=… and -oo Y_POSSIBLE_NAMES=…)",
+         file_.written, num_read_);
+}
+
+VectorData VectorReader::read() {
+  GdalDatasetPtr dataset = open_gdal_vectors(file_, errors_);
   const std::string_view format = dataset->GetDriver()->GetDescription();
   const bool is_osm = format == "OSM";
+  std::optional<AnyOsmNumbers> any_numbers;
+  if (is_osm) {
+    census_ = count_osm(gdal_path(file_));
+    if (census_.has_places_in_ways && census_.num_ways_without_nodes + census_.num_ways_cut > 0)
+      fail(ErrorKind::Input,
+           "{}: {} of its {} ways hold their places themselves, and the file lacks their nodes "
+           "(osmium add-locations-to-ways leaves them out); give the file that it was made of, or "
+           "turn it into GeoJSON with osmium export --index-type=none",
+           file_.written, census_.num_ways_without_nodes + census_.num_ways_cut, census_.num_ways);
+    if (census_.num_negative > 0) {
+      any_numbers.emplace();
+      dataset.reset();
+      dataset = open_gdal_vectors(file_, errors_);
+    }
+  }
   if (format == "GeoJSON") check_geojson_crs(file_);
   for (const std::string& name : options_.layers)
     if (dataset->GetLayerByName(name.c_str()) == nullptr) {
@@ -503,42 +391,14 @@ VectorData Reader::read() {
       fail(ErrorKind::Input, "{}: has no layer \"{}\"; its layers are {}", file_.written, name,
            known);
     }
-  const auto is_read = [&](OGRLayer& layer) {
-    const std::string name = layer.GetName();
-    if (is_osm && options_.layers.empty())
-      return name == "points"            ? options_.points
-             : name == "multipolygons"   ? options_.areas
-             : name == "other_relations" ? false
-                                         : options_.lines;
-    return options_.layers.empty() ||
-           std::find(options_.layers.begin(), options_.layers.end(), name) != options_.layers.end();
-  };
-  if (is_osm) {  // the others are then not put together at all
-    std::string names;
-    for (int i = 0; i < dataset->GetLayerCount(); ++i)
-      if (is_read(*dataset->GetLayer(i)))
-        names += (names.empty() ? "" : ",") + std::string(dataset->GetLayer(i)->GetName());
-    dataset->ExecuteSQL(("SET interest_layers = " + names).c_str(), nullptr, nullptr);
-    while (true) {
-      OGRLayer* layer = nullptr;
-      const std::unique_ptr<OGRFeature> feature(
-          dataset->GetNextFeature(&layer, nullptr, nullptr, nullptr));
-      if (!feature) break;
-      if (is_read(*layer)) take(*feature, rules_of(*dataset, layer));
-    }
-  } else {
-    for (int i = 0; i < dataset->GetLayerCount(); ++i) {
-      OGRLayer* layer = dataset->GetLayer(i);
-      if (!is_read(*layer) || layer->GetGeomType() == wkbNone) continue;
-      const LayerRules& rules = rules_of(*dataset, layer);
-      layer->ResetReading();
-      while (const auto feature = std::unique_ptr<OGRFeature>(layer->GetNextFeature()))
-        take(*feature, rules);
-    }
-  }
+  if (is_osm)
+    read_osm(*dataset);
+  else
+    read_layers(*dataset);
   if (errors_.has_failure())
     fail(ErrorKind::Input, "{}: its features cannot be read; is it damaged or truncated? ({})",
          file_.written, errors_.text());
+  check_that_some_are_left();
   if (!has_near_ && found_deg_.is_empty() && !broken_place_.empty())
     fail(ErrorKind::Input,
          "{}: none of its {} features has a place on the Earth: {} is none in its coordinate "
@@ -587,10 +447,11 @@ VectorData Reader::read() {
                   {"features with places that are none", num_broken_},
                   {"lines and rings of too few points", num_collapsed_},
                   {"features cut far from the world", num_cut_}};
+  if (num_passed_over_ > 0)
+    data_.counts.emplace_back("features that the format's reader passed over", num_passed_over_);
+  for (auto& count : census_.counts()) data_.counts.push_back(std::move(count));
   return std::move(data_);
 }
-
-}  // namespace
 
 std::vector<std::pair<std::string, std::int64_t>> VectorData::left_out() const {
   std::vector<std::pair<std::string, std::int64_t>> left_out;
@@ -601,7 +462,7 @@ std::vector<std::pair<std::string, std::int64_t>> VectorData::left_out() const {
 
 VectorData read_vectors(const core::Path& file, const VectorOptions& options,
                         const VectorFrame& frame) {
-  return Reader(file, options, frame).read();
+  return VectorReader(file, options, frame).read();
 }
 
 }  // namespace terracast::tiler

@@ -11,35 +11,12 @@
 
 #include "core/schema.h"
 #include "geo/geodesy.h"
+#include "tiler/feature_tags.h"
 #include "tiler/layer.h"
 
 namespace terracast::tiler {
 
 enum class FeatureKind : std::uint8_t { Point, Line, Area };
-
-/// What a source says of a feature: keys and values as text, sorted by key, each key once. What the
-/// source packs into one field (`other_tags`) is unpacked.
-class FeatureTags {
- public:
-  FeatureTags() = default;
-  /// Of two with the same key the first stays.
-  explicit FeatureTags(std::vector<std::pair<std::string, std::string>> tags);
-
-  /// nullptr: there is none.
-  const std::string* find(std::string_view key) const;
-  /// "": there is none.
-  std::string_view value(std::string_view key) const;
-  bool has(std::string_view key) const { return find(key) != nullptr; }
-  /// The value where it begins with a finite decimal number: "12.5", "12.5 m"; feet (`40'`, "40 ft")
-  /// are made metres.
-  std::optional<double> number(std::string_view key) const;
-
-  const std::vector<std::pair<std::string, std::string>>& all() const { return tags_; }
-  bool operator==(const FeatureTags&) const = default;
-
- private:
-  std::vector<std::pair<std::string, std::string>> tags_;
-};
 
 using PointsWorld = std::vector<Eigen::Vector2d>;
 
