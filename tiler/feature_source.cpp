@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "tiler/country/country.h"
 #include "tiler/surface.h"
+#include "tiler/tag_ledger.h"
 
 namespace terracast::tiler {
 namespace {
@@ -87,7 +88,7 @@ void FeatureSourceOptions::validate() const {
 }
 
 FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions wanted,
-                         const LayerInputs& inputs) {
+                         const LayerInputs& inputs, const TagTable& tags) {
   FeatureSet set;
   if (options.source == "country") {
     const Country& country = inputs.country();
@@ -95,6 +96,7 @@ FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions want
       if (is_wanted(feature, wanted)) set.features.push_back(feature);
     set.name = "country";
     set.content_hash = country.content_hash();
+    set.ledger = ledger_of_tags(set.features, tags);
     return set;
   }
   wanted.layers = options.layers;
@@ -125,6 +127,7 @@ FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions want
       options.files.size() == 1 ? hashes.substr(0, hashes.size() - 1) : core::content_hash(hashes);
   std::stable_sort(set.features.begin(), set.features.end(),
                    [](const auto& a, const auto& b) { return a.number < b.number; });
+  set.ledger = ledger_of_tags(set.features, tags, options.number_field);
   return set;
 }
 

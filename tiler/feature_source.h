@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/ledger.h"
 #include "core/schema.h"
+#include "tiler/tag_rules.h"
 #include "tiler/vector_source.h"
 
 namespace terracast::tiler {
@@ -34,12 +36,14 @@ struct FeatureSet {
   std::string name;                     ///< for LayerInfo::source
   std::string content_hash;
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts
+  core::Ledger ledger;  ///< of the features' tags, for LayerInfo::ledger
 };
 
 /// Reads the features that are wanted, of files or a country. Warnings are logged.
 /// wanted   kinds, tags and margin; its layers and number_field are the options'
+/// tags     what the layer knows of tags
 /// throws   as read_vectors()
 FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions wanted,
-                         const LayerInputs& inputs);
+                         const LayerInputs& inputs, const TagTable& tags);
 
 }  // namespace terracast::tiler

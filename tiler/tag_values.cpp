@@ -45,10 +45,14 @@ std::string plain_text(std::string_view text) {
                                                                              {"\xC2\xBA", "\x01"},
                                                                              {"\xC2\xBD", ".5"}};
   std::string plain(text);
-  for (const auto& [sign, with] : kSigns)
-    for (std::size_t at = plain.find(sign); at != std::string::npos;
-         at = plain.find(sign, at + with.size()))
-      plain.replace(at, sign.size(), with);
+  const bool has_signs = plain.find("''") != std::string::npos ||
+                         std::any_of(plain.begin(), plain.end(),
+                                     [](char c) { return c < ' ' || c > '~' || c == '`'; });
+  if (has_signs)
+    for (const auto& [sign, with] : kSigns)
+      for (std::size_t at = plain.find(sign); at != std::string::npos;
+           at = plain.find(sign, at + with.size()))
+        plain.replace(at, sign.size(), with);
   for (char& c : plain)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   const std::size_t first = plain.find_first_not_of(' ');

@@ -9,8 +9,17 @@
 #include <set>
 
 #include "core/parallel.h"
+#include "tiler/buildings/building_tags.h"
 #include "tiler/country/plan_geometry.h"
+#include "tiler/objects/object_tags.h"
+#include "tiler/objects/rules.h"
+#include "tiler/roads/road_features.h"
+#include "tiler/roads/road_tags.h"
 #include "tiler/surface.h"
+#include "tiler/tag_ledger.h"
+#include "tiler/tag_values.h"
+#include "tiler/water/water_features.h"
+#include "tiler/water/water_tags.h"
 
 namespace terracast::test {
 namespace {
@@ -102,6 +111,39 @@ struct Bounds {
   }
 };
 
+// What we make ourselves holds nothing that our own layers do not know or understand.
+TEST(Country, HoldsNoTagThatItsLayersDoNotKnow) {
+  const auto warnings = [](const tiler::TagTable& table, const auto& is_wanted) {
+    std::vector<VectorFeature> taken;
+    for (const VectorFeature& feature : coast().country->features())
+      if (is_wanted(feature)) taken.push_back(feature);
+    EXPECT_GT(taken.size(), 10U) << table.layer;
+    std::string text;
+    for (const std::string& line : tiler::ledger_of_tags(taken, table).warnings())
+      text += std::string(table.layer) + ": " + line + "\n";
+    return text;
+  };
+  EXPECT_EQ(warnings(tiler::building_tag_table(),
+                     [](const VectorFeature& feature) {
+                       return feature.kind == FeatureKind::Area &&
+                              tiler::is_tagged_building(feature.tags);
+                     }),
+            "");
+  EXPECT_EQ(warnings(tiler::road_tag_table(),
+                     [](const VectorFeature& feature) { return tiler::is_of_roads(feature.tags); }),
+            "");
+  EXPECT_EQ(warnings(tiler::water_tag_table(),
+                     [](const VectorFeature& feature) {
+                       return feature.kind != FeatureKind::Point &&
+                              tiler::is_water_feature(feature.tags);
+                     }),
+            "");
+  EXPECT_EQ(
+      warnings(tiler::object_tag_table(),
+               [](const VectorFeature& feature) { return tiler::is_feature_wanted(feature.tags); }),
+      "");
+}
+
 TEST(Country, HasWhatACountryHas) {
   EXPECT_GT(features_with(coast(), "building", FeatureKind::Area).size(), 2000u);
   EXPECT_EQ(features_with(coast(), "place", FeatureKind::Point, "city").size(), 1u);
@@ -148,7 +190,9 @@ TEST(Country, FootprintsKeepOffCarriagewaysRailsAndRivers) {
     const bool is_way =
         feature.tags.has("highway") || feature.tags.has("railway") || feature.tags.has("waterway");
     if (!is_way || feature.tags.has("tunnel")) continue;
-    const double half_m = 0.5 * feature.tags.number("width").value_or(3.0);
+    const double half_m = 0.5 * tiler::length_from_tag(feature.tags.value("width"))
+                                    .value_or(tiler::Amount{3.0, 3.0})
+                                    .middle();
     const PointsWorld& line = feature.parts_world[0][0];
     for (std::size_t k = 1; k < line.size(); ++k) pieces.push_back({line[k - 1], line[k], half_m});
   }
@@ -337,7 +381,9 @@ TEST(Country, MakesUpNoBuildingsOnSurveyedGroundAndLeadsNothingThroughThoseThatS
                      !feature.tags.has("waterway")))
       continue;
     if (feature.tags.has("tunnel")) continue;
-    const double half_width_m = 0.5 * feature.tags.number("width").value_or(0.0);
+    const double half_width_m =
+        0.5 *
+        tiler::length_from_tag(feature.tags.value("width")).value_or(tiler::Amount{}).middle();
     for (const auto& line : feature.parts_world.front())
       for (std::size_t k = 1; k < line.size(); ++k) {
         if (std::max(line[k].cwiseAbs().maxCoeff(), line[k - 1].cwiseAbs().maxCoeff()) < 1000.0)

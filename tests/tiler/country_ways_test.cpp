@@ -10,6 +10,7 @@
 #include "tiler/country/country.h"
 #include "tiler/country/plan_geometry.h"
 #include "tiler/surface.h"
+#include "tiler/tag_values.h"
 
 /// The countries of the worlds that terracast ships, on smaller squares.
 namespace terracast::test {
@@ -52,8 +53,9 @@ class Waters {
       if (feature.kind == FeatureKind::Area && feature.tags.value("natural") == "water")
         lakes_.push_back(&feature.parts_world[0][0]);
       if (feature.kind == FeatureKind::Line && feature.tags.has("waterway"))
-        rivers_.emplace_back(&feature.parts_world[0][0],
-                             0.5 * feature.tags.number("width").value());
+        rivers_.emplace_back(
+            &feature.parts_world[0][0],
+            0.5 * tiler::length_from_tag(feature.tags.value("width")).value().middle());
     }
   }
   std::size_t num_lakes() const { return lakes_.size(); }

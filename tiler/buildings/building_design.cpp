@@ -5,8 +5,10 @@
 #include <string_view>
 
 #include "core/random.h"
+#include "geo/units.h"
 #include "tiler/buildings/building_draws.h"
 #include "tiler/buildings/building_finishes.h"
+#include "tiler/buildings/building_tags.h"
 
 namespace terracast::tiler {
 namespace {
@@ -121,8 +123,9 @@ BuildingKind guessed_kind(const Surroundings& around) {
 }
 
 /// Parts of castles and chapels say so in other keys than building=*.
-BuildingKind kind_of(const FeatureTags& tags, bool is_part, const Surroundings& around) {
-  for (const std::string_view key : {"building:part", "building"}) {
+BuildingKind kind_of(const BuildingTags& tags, bool is_part, const Surroundings& around) {
+  for (const auto& key :
+       {BuildingTags::WordKey("building:part"), BuildingTags::WordKey("building")}) {
     const std::string_view value = tags.value(key);
     for (const KindName& name : kKinds)
       if (name.value == value) {
@@ -189,14 +192,13 @@ struct LevelTags {
   bool was_clamped = false;
 };
 
-LevelTags levels_of(const FeatureTags& tags) {
+LevelTags levels_of(const BuildingTags& tags) {
   LevelTags found;
-  if (const auto value = tags.number("building:levels"); value && *value > 0.0) {
+  if (const auto value = tags.most("building:levels"); value && *value > 0.0) {
     found.was_clamped = *value > kMostLevels;
     found.levels = std::min(*value, kMostLevels);
   }
-  if (const auto value = tags.number("roof:levels"); value && *value >= 0.0)
-    found.roof_levels = std::min(*value, 8.0);
+  if (const auto value = tags.most("roof:levels")) found.roof_levels = std::min(*value, 8.0);
   return found;
 }
 
@@ -255,9 +257,21 @@ double roof_slope(RoofShape shape, BuildingKind kind, const Surroundings& around
 
 }  // namespace
 
-BuildingDesign design_building(const FeatureTags& tags, bool is_part, const Surroundings& around,
-                               std::optional<double> raster_m, std::uint64_t town,
-                               std::uint64_t own) {
+bool is_building_word(std::string_view word) {
+  if (flag_from_tag(word)) return true;
+  return std::any_of(std::begin(kKinds), std::end(kKinds),
+                     [&](const KindName& name) { return name.value == word; });
+}
+
+bool is_roof_shape_word(std::string_view word) {
+  return std::any_of(std::begin(kRoofs), std::end(kRoofs),
+                     [&](const RoofName& name) { return name.value == word; });
+}
+
+BuildingDesign design_building(const FeatureTags& all_tags, bool is_part,
+                               const Surroundings& around, std::optional<double> raster_m,
+                               std::uint64_t town, std::uint64_t own) {
+  const BuildingTags tags(all_tags);
   BuildingDesign design;
   design.kind = kind_of(tags, is_part, around);
   design.storey_m = storey_height_m(design.kind, own);
@@ -269,22 +283,21 @@ BuildingDesign design_building(const FeatureTags& tags, bool is_part, const Surr
   for (const RoofName& name : kRoofs)
     if (name.value == tags.value("roof:shape")) design.roof = name.shape;
   // High blocks have flat roofs, whatever others of their kind have.
-  const auto said_height = tags.number("height");
-  const double about_m = said_height && *said_height > 0.0 ? *said_height
-                         : levels.levels                   ? *levels.levels * design.storey_m
-                                                           : raster_m.value_or(0.0);
+  const auto said_height = tags.most("height");
+  const double about_m = said_height     ? *said_height
+                         : levels.levels ? *levels.levels * design.storey_m
+                                         : raster_m.value_or(0.0);
   if (!has_roof_tag && about_m > 25.0 && design.kind != BuildingKind::Church &&
       design.kind != BuildingKind::Tower)
     design.roof = RoofShape::Flat;
   design.roof_slope = roof_slope(design.roof, design.kind, around, town, own);
-  if (const auto said = tags.number("roof:height"); said && *said > 0.0)
+  if (const auto said = tags.most("roof:height"); said && *said > 0.0)
     design.roof_height_m = std::min(*said, 150.0);
-  else if (const auto angle = tags.number("roof:angle"); angle && *angle > 1.0 && *angle < 85.0)
-    design.roof_slope = std::tan(*angle * 0.017453292519943295);
+  else if (const auto angle = tags.slope_deg("roof:angle"); angle && *angle > 1.0 && *angle < 85.0)
+    design.roof_slope = std::tan(geo::radians_from_degrees(*angle));
   else if (levels.roof_levels > 0.0)
     design.roof_height_m = levels.roof_levels * 2.7;
-  if (const auto said = tags.number("roof:direction"); said && std::abs(*said) <= 720.0)
-    design.roof_direction_deg = *said;
+  design.roof_direction_deg = tags.direction_deg("roof:direction");
   design.ridge_across = tags.value("roof:orientation") == "across";
   const bool is_flat = design.roof == RoofShape::Flat;
   // What a roof adds to walls of so many storeys.
@@ -294,7 +307,7 @@ BuildingDesign design_building(const FeatureTags& tags, bool is_part, const Surr
                             : std::min(design.roof_slope * 0.5 * around.width_m, 8.0);
 
   double top_m = 0.0;
-  if (said_height && *said_height > 0.0) {
+  if (said_height) {
     top_m = *said_height;
     design.height_source = HeightSource::Height;
     if (levels.levels && *levels.levels >= 1.0)
@@ -318,9 +331,9 @@ BuildingDesign design_building(const FeatureTags& tags, bool is_part, const Surr
   design.was_clamped = levels.was_clamped || design.top_m != top_m;
 
   double bottom_m = 0.0;
-  if (const auto said = tags.number("min_height"))
+  if (const auto said = tags.middle("min_height"))
     bottom_m = *said;
-  else if (const auto level = tags.number("building:min_level"); level && *level > 0.0)
+  else if (const auto level = tags.middle("building:min_level"); level && *level > 0.0)
     bottom_m = *level * design.storey_m;
   if (!(bottom_m >= 0.0) || bottom_m > design.top_m - 0.5) {
     design.was_clamped = true;
@@ -328,7 +341,7 @@ BuildingDesign design_building(const FeatureTags& tags, bool is_part, const Surr
   }
   design.bottom_m = bottom_m;
   if (design.top_m - bottom_m < 1.5 && !has_roof_tag) design.roof = RoofShape::Flat;
-  choose_finishes(tags, around, town, own, design);
+  choose_finishes(all_tags, around, town, own, design);
   return design;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/random.h"
 #include "tiler/buildings/building_draws.h"
+#include "tiler/buildings/building_tags.h"
 #include "world/facade.h"
 
 namespace terracast::tiler {
@@ -200,8 +201,13 @@ std::optional<Color> color_from_text(const std::string& text) {
 
 }  // namespace
 
-void choose_finishes(const FeatureTags& tags, const Surroundings& around, std::uint64_t town,
+bool is_wall_material_word(std::string_view word) { return wall_material(word).has_value(); }
+bool is_roof_material_word(std::string_view word) { return roof_material(word).has_value(); }
+bool is_color_word(std::string_view word) { return color_from_text(std::string(word)).has_value(); }
+
+void choose_finishes(const FeatureTags& all_tags, const Surroundings& around, std::uint64_t town,
                      std::uint64_t own, BuildingDesign& design) {
+  const BuildingTags tags(all_tags);
   const double latitude = std::abs(around.latitude_deg);
   const bool is_warm = latitude < 46.0;
   const bool is_alpine = around.height_m > 800.0 && latitude < 55.0;
@@ -252,7 +258,9 @@ void choose_finishes(const FeatureTags& tags, const Surroundings& around, std::u
   design.wall.semantic_class = SemanticClass::Building;
   design.wall.color_srgb =
       varied(pick(colors_of(wall, is_warm), random_bits(own, 0, kWallColor)), own);
-  for (const char* key : {"building:colour", "building:color", "building:facade:colour"})
+  using Key = BuildingTags::WordKey;
+  for (const Key& key :
+       {Key("building:colour"), Key("building:color"), Key("building:facade:colour")})
     if (const auto said = color_from_text(std::string(tags.value(key)))) {
       design.wall.color_srgb = *said;
       break;
@@ -301,7 +309,7 @@ void choose_finishes(const FeatureTags& tags, const Surroundings& around, std::u
   design.roofing.semantic_class = SemanticClass::Building;
   design.roofing.color_srgb =
       varied(pick(colors, random_bits(own, 1, kRoofColor)), random_bits(own, 2, kRoofColor));
-  for (const char* key : {"roof:colour", "roof:color"})
+  for (const Key& key : {Key("roof:colour"), Key("roof:color")})
     if (const auto said = color_from_text(std::string(tags.value(key)))) {
       design.roofing.color_srgb = *said;
       break;

@@ -9,6 +9,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/buildings/building_tags.h"
 #include "tiler/buildings/raised_bodies.h"
 #include "world/tile.h"
 
@@ -94,11 +95,6 @@ bool are_copies(const Draft& one, const Draft& other) {
          a.footprint.rings == b.footprint.rings && (!a.is_part || *one.tags == *other.tags);
 }
 
-bool is_part_of(const FeatureTags& tags) {
-  const std::string_view part = tags.value("building:part");
-  return !part.empty() && part != "no";
-}
-
 class TownBuilder {
  public:
   TownBuilder(const std::vector<VectorFeature>& features, const HeightRaster* raster,
@@ -181,7 +177,7 @@ class TownBuilder {
           while (!keys.insert(draft.building.key).second)
             draft.building.key = core::mix_bits(draft.building.key);
           draft.tags = &feature.tags;
-          draft.building.is_part = is_part_of(feature.tags);
+          draft.building.is_part = is_tagged_part(feature.tags);
           draft.area_m2 = area_m2(footprint.rings);
           draft.building.own = core::random_bits(seed_, draft.building.key, 0);
           set_box(footprint, draft.building);
@@ -529,7 +525,9 @@ class TownBuilder {
     around.share_built = share_built(at);
     around.is_attached = std::find(building.attached.begin(), building.attached.end(), true) !=
                          building.attached.end();
-    if (draft.tags->value("building") == "yes") around.share_at_sea = share_at_sea(building);
+    // Just a building.
+    if (flag_from_tag(BuildingTags(*draft.tags).value("building")) == true)
+      around.share_at_sea = share_at_sea(building);
     around.latitude_deg = ground_.latitude_deg;
     around.height_m = ground_.height_m(at);
     const std::optional<double> raster_m = raster_height_m(draft);

@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tiler/buildings/building_mesh.h"
+#include "tiler/buildings/building_tags.h"
 #include "tiler/buildings/height_raster.h"
 #include "tiler/buildings/raster_outlines.h"
 #include "tiler/buildings/setback.h"
@@ -25,6 +26,7 @@
 #include "tiler/no_data.h"
 #include "tiler/surface.h"
 #include "tiler/surveyed_ground.h"
+#include "tiler/told_cover.h"
 #include "tiler/vector_source.h"
 #include "tiler/world_options.h"
 
@@ -40,7 +42,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 11;
+constexpr int kBuildingsVersion = 12;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -78,14 +80,9 @@ class BuildingsLayer final : public Layer, public DryCover {
                  std::unique_ptr<HeightRaster> raster, bool is_planned,
                  const MeasuredHeights& measured_m = {})
       : frame_(inputs.frame), name_(features.name), hash_(features.content_hash) {
+    const ToldCovers earlier_covers(inputs.earlier);
     const auto is_water = [&](const Vector2d& place) {
-      const SurfaceSample sample = inputs.surface.sample(place.x(), place.y());
-      if (sample.cover != world::Cover::Land) return sample.cover == world::Cover::Sea;
-      for (const auto& earlier : inputs.earlier)
-        if (const auto cover = earlier->cover(place, sample))
-          return *cover == world::Cover::Sea || *cover == world::Cover::Lake ||
-                 *cover == world::Cover::River;
-      return false;
+      return earlier_covers.is_water_on(inputs.surface, place);
     };
     std::vector<const Town*> earlier_towns;
     std::vector<RankedBuildings> earlier_ranks;
@@ -129,6 +126,7 @@ class BuildingsLayer final : public Layer, public DryCover {
     for (const Building& building : town_.buildings) keys.push_back(building.key);
     ids_ = inputs.ids.assign("buildings", keys);
     counts_ = std::move(features.counts);
+    ledger_ = std::move(features.ledger);
     counts_.insert(counts_.end(), town_.counts.begin(), town_.counts.end());
     counts_.insert(counts_.end(), setbacks.counts.begin(), setbacks.counts.end());
     hash_ +=
@@ -140,6 +138,7 @@ class BuildingsLayer final : public Layer, public DryCover {
     info.source = name_;
     info.content_hash = core::content_hash(hash_);
     info.counts = counts_;
+    info.ledger = ledger_;
     return info;
   }
   std::string input_hash() const override { return core::content_hash("buildings " + hash_); }
@@ -361,14 +360,14 @@ class BuildingsLayer final : public Layer, public DryCover {
   SettledGround settled_;
   std::vector<std::uint32_t> ids_;
   std::vector<std::pair<std::string, std::int64_t>> counts_;
+  core::Ledger ledger_;
 };
 
 /// Takes out piers and the like that are tagged as buildings, too: the layer `roads` builds them.
 void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
   const auto num_left =
       static_cast<std::int64_t>(std::erase_if(features.features, [](const VectorFeature& feature) {
-        const std::string_view man_made = feature.tags.value("man_made");
-        return man_made == "pier" || man_made == "breakwater" || man_made == "quay";
+        return is_one_of(BuildingTags(feature.tags).value("man_made"), "pier|breakwater|quay");
       }));
   if (num_left == 0) return;
   features.counts.emplace_back("piers, breakwaters and quays left to a layer of roads", num_left);
@@ -379,6 +378,14 @@ void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
         "{}: {} areas tagged building are piers, breakwaters or quays; a layer of kind \"roads\" "
         "builds them, and this world has none: they are left out",
         features.name, num_left);
+}
+
+void leave_out_hidden(FeatureSet& features) {
+  HiddenCounts hidden;
+  std::erase_if(features.features, [&](const VectorFeature& feature) {
+    return hidden.is_hidden(feature.tags, SightOf::Body);
+  });
+  hidden.append_to(features.counts);
 }
 
 constexpr const char* kFromRaster = "raster";
@@ -445,17 +452,15 @@ class BuildingsKind final : public LayerKind, public SurveyingKind {
     wanted.points = false;
     wanted.lines = false;
     wanted.wanted = [every_area = every_area_](const FeatureTags& tags) {
-      if (every_area) return true;
-      const std::string_view building = tags.value("building");
-      const std::string_view part = tags.value("building:part");
-      return (!building.empty() && building != "no") || (!part.empty() && part != "no");
+      return every_area || is_tagged_building(tags);
     };
-    FeatureSet features = read_features(source_, std::move(wanted), inputs);
+    FeatureSet features = read_features(source_, std::move(wanted), inputs, building_tag_table());
     if (features.features.empty() && !every_area_)
       inputs.context.log.warn(
           "{}: no area is tagged building or building:part; every_area = true takes all areas",
           features.name);
     if (!every_area_) leave_to_roads(inputs, features);
+    leave_out_hidden(features);
     std::unique_ptr<HeightRaster> raster;
     if (!heights_.empty() || !surface_.empty())
       raster = HeightRaster::open(heights_.empty() ? surface_ : heights_, terrain_, nodata_,

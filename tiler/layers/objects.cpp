@@ -11,6 +11,7 @@
 #include "tiler/layer.h"
 #include "tiler/objects/clear_strips.h"
 #include "tiler/objects/model_file.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/placed_things.h"
 #include "tiler/objects/placement_list.h"
 #include "tiler/objects/rules.h"
@@ -22,7 +23,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where, or what things look like, changes.
-constexpr int kObjectsVersion = 5;
+constexpr int kObjectsVersion = 6;
 
 class ObjectsLayer final : public Layer {
  public:
@@ -48,8 +49,15 @@ class ObjectsLayer final : public Layer {
     }
     Proposals proposals;
     if (source.source == "country" || !source.files.empty()) {
-      FeatureSet features =
-          read_features(source, {.wanted = is_feature_wanted, .margin_m = 0.0}, inputs);
+      FeatureSet features = read_features(source, {.wanted = is_feature_wanted, .margin_m = 0.0},
+                                          inputs, object_tag_table());
+      HiddenCounts hidden;
+      std::erase_if(features.features, [&](const VectorFeature& feature) {
+        return hidden.is_hidden(feature.tags,
+                                feature.kind == FeatureKind::Line ? SightOf::Way : SightOf::Body);
+      });
+      hidden.append_to(features.counts);
+      ledger_ = std::move(features.ledger);
       name_ = features.name;
       hashes_ += " " + features.content_hash + " " + rules_text(rules);
       counts_.insert(counts_.end(), features.counts.begin(), features.counts.end());
@@ -105,6 +113,7 @@ class ObjectsLayer final : public Layer {
     info.source = name_;
     info.content_hash = content_hash_;
     info.counts = counts_;
+    info.ledger = ledger_;
     return info;
   }
   std::string input_hash() const override { return content_hash_; }
@@ -148,6 +157,7 @@ class ObjectsLayer final : public Layer {
   std::vector<world::Prototype> prototypes_;
   std::vector<world::Texture> textures_;
   std::vector<std::pair<std::string, std::int64_t>> counts_;
+  core::Ledger ledger_;
   std::string name_;
   std::string hashes_;
   std::string content_hash_;

@@ -25,9 +25,11 @@
 #include "tiler/roads/road_heights.h"
 #include "tiler/roads/road_network.h"
 #include "tiler/roads/road_paint.h"
+#include "tiler/roads/road_tags.h"
 #include "tiler/roads/water_gaps.h"
 #include "tiler/roads/way_parts.h"
 #include "tiler/surface.h"
+#include "tiler/told_cover.h"
 
 // Roads, paths, railways, airfields, places: a network with long profiles, earth works, paint and bridges.
 namespace terracast::tiler {
@@ -37,7 +39,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 12;
+constexpr int kRoadsVersion = 13;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
 
@@ -46,15 +48,20 @@ class RoadsLayer final : public Layer, public DryCover {
   RoadsLayer(const FeatureSourceOptions& source, const RoadsOptions& options,
              const LayerInputs& inputs)
       : surface_(inputs.surface), half_size_m_(0.5 * inputs.size_m) {
-    for (const auto& layer : inputs.earlier) earlier_.push_back(layer.get());
-    FeatureSet set = read_features(
-        source, {.points = true, .lines = true, .areas = true, .wanted = is_of_roads}, inputs);
+    for (const auto& layer : inputs.earlier) {
+      earlier_.push_back(layer.get());
+      earlier_covers_.add(*layer);
+    }
+    FeatureSet set =
+        read_features(source, {.points = true, .lines = true, .areas = true, .wanted = is_of_roads},
+                      inputs, road_tag_table());
     hash_ = core::content_hash(fmt::format("roads {} {} {} {} {} {}", kRoadsVersion, inputs.seed,
                                            set.content_hash, options.sidewalks, options.has_paths,
                                            options.has_bridges));
     info_.source = set.name;
     info_.content_hash = set.content_hash;
     info_.counts = set.counts;
+    info_.ledger = set.ledger;
 
     const double half_size_m = half_size_m_;
     RoadFeatures sorted = sort_features(set.features, options, half_size_m);
@@ -138,6 +145,9 @@ class RoadsLayer final : public Layer, public DryCover {
     put("ways thinned", counts.num_thinned + more.num_thinned);
     put("ways cut at the square", counts.num_outside + more.num_outside);
     put("widths and lanes repaired", sorted.num_repaired);
+    if (sorted.num_not_built > 0)
+      put("lines and areas of kinds that are not built", sorted.num_not_built);
+    sorted.hidden.append_to(info_.counts);
     num_crowded += counts.num_crowded + more.num_crowded;
     if (num_crowded > 0) put("ways left out where too many lie", num_crowded);
     if (num_tangled > 0)
@@ -155,7 +165,7 @@ class RoadsLayer final : public Layer, public DryCover {
     const double before_m = level_of(place_world, z);
     const RoadBed::Shaped shaped = bed_->shaped(place_world, before_m);
     if (shaped.level_m == before_m) return 0.0;
-    if (!shaped.is_way && is_water(earlier_cover(place_world, ground))) return 0.0;
+    if (!shaped.is_way && earlier_covers_.is_water(place_world, ground)) return 0.0;
     return shaped.level_m - before_m;
   }
 
@@ -190,24 +200,12 @@ class RoadsLayer final : public Layer, public DryCover {
     Vector2d highest;
   };
 
-  static bool is_water(Cover cover) {
-    return cover == Cover::Sea || cover == Cover::Lake || cover == Cover::River;
-  }
-  Cover earlier_cover(const Vector2d& place_world, const SurfaceSample& sample) const {
-    std::optional<Cover> known;  // the first that knows of water is believed, then the first
-    for (const Layer* layer : earlier_) {
-      const auto cover = layer->cover(place_world, sample);
-      if (cover && is_water(*cover)) return *cover;
-      if (!known) known = cover;
-    }
-    return known.value_or(sample.cover);
-  }
   RoadGround ground_at(const Vector2d& place_world) const {
     const SurfaceSample sample = surface_.sample(place_world.x(), place_world.y());
     if (sample.cover == Cover::Sea) return {level_of(place_world, sample.z_world), true};
     double z = sample.z_world;
     for (const Layer* layer : earlier_) z += layer->lift_m(place_world, sample);
-    return {level_of(place_world, z), is_water(earlier_cover(place_world, sample))};
+    return {level_of(place_world, z), earlier_covers_.is_water(place_world, sample)};
   }
   /// With the earth works.
   double finished_level_m(const Vector2d& place_world) const {
@@ -391,6 +389,7 @@ class RoadsLayer final : public Layer, public DryCover {
   const WorldSurface& surface_;
   double half_size_m_;
   std::vector<const Layer*> earlier_;
+  ToldCovers earlier_covers_;
   std::string hash_;
   world::LayerInfo info_;
   std::optional<RoadBed> bed_;

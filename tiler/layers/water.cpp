@@ -15,6 +15,7 @@
 #include "tiler/water/water_features.h"
 #include "tiler/water/water_map.h"
 #include "tiler/water/water_profile.h"
+#include "tiler/water/water_tags.h"
 #include "tiler/world_options.h"
 
 // Lakes, rivers and streams. Levels are found once, over the whole world: of each lake one, of the network of
@@ -27,7 +28,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features give other water.
-constexpr int kVersion = 3;
+constexpr int kVersion = 4;
 
 /// So many places of a lake are asked for its level at most, and of its shore.
 constexpr int kLakePlaces = 24;  // along a side
@@ -79,10 +80,11 @@ class WaterLayer final : public Layer {
     VectorOptions wanted;
     wanted.points = false;
     wanted.wanted = is_water_feature;
-    const FeatureSet set = read_features(source, wanted, inputs);
+    const FeatureSet set = read_features(source, wanted, inputs, water_tag_table());
     WaterFeatures features = water_of(set.features, half_size_m_);
     info_.source = set.name;
     info_.counts = set.counts;
+    info_.ledger = set.ledger;
     info_.counts.insert(info_.counts.end(), features.counts.begin(), features.counts.end());
     hash_ = core::content_hash(fmt::format("water {} {} {} {}", kVersion, set.content_hash,
                                            narrowest_m_, inputs.surface.input_hash()));

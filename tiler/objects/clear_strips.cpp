@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/roads/road_bed.h"
 
 namespace terracast::tiler {
@@ -36,16 +37,16 @@ struct Strip {
   double half_width_m;
   double beyond_m;
 };
-Strip strip_of(const FeatureTags& tags) {
+Strip strip_of(const ObjectTags& tags) {
   if (tags.value("aeroway") == "taxiway") return {30.0, 0.0};
-  return {tags.number("width").value_or(45.0) >= 30.0 ? 150.0 : 75.0, 60.0};
+  return {tags.middle("width").value_or(45.0) >= 30.0 ? 150.0 : 75.0, 60.0};
 }
 
 }  // namespace
 
 ClearStrips::ClearStrips(std::span<const VectorFeature> features) {
   for (const VectorFeature& feature : features) {
-    const std::string_view aeroway = feature.tags.value("aeroway");
+    const std::string_view aeroway = ObjectTags(feature.tags).value("aeroway");
     for (const auto& part : feature.parts_world) {
       if (part.empty()) continue;
       if (aeroway == "aerodrome" && feature.kind == FeatureKind::Area && part[0].size() >= 3) {

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/things.h"
 
 namespace terracast::tiler {
@@ -86,12 +87,14 @@ void RuleOptions::describe(core::SchemaVisitor& visit) {
   visit.key("drives_on_left", drives_on_left, "Traffic keeps to the left.");
 }
 
-bool is_feature_wanted(const FeatureTags& tags) {
-  for (const std::string_view key : {"highway", "power", "man_made", "ship", "seamark:type",
-                                     "leisure", "harbour", "mooring", "barrier"})
+bool is_feature_wanted(const FeatureTags& all_tags) {
+  const ObjectTags tags(all_tags);
+  using Key = ObjectTags::AnyKey;
+  for (const Key& key : {Key("highway"), Key("power"), Key("man_made"), Key("ship"),
+                         Key("seamark:type"), Key("harbour"), Key("mooring"), Key("barrier")})
     if (tags.has(key)) return true;
   const std::string_view aeroway = tags.value("aeroway");
-  if (!aeroway.empty()) return true;
+  if (!aeroway.empty() || tags.value("leisure") == "marina") return true;
   if (tags.value("amenity") == "parking" || tags.value("amenity") == "loading_dock") return true;
   const std::string_view landuse = tags.value("landuse");
   if (landuse == "harbour" || landuse == "port" || landuse == "industrial" ||

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "tiler/roads/road_tags.h"
 #include "tiler/sound_areas.h"
 
 namespace terracast::tiler {
@@ -45,7 +46,8 @@ std::vector<PointsWorld> clean_rings(const std::vector<PointsWorld>& part, doubl
 
 }  // namespace
 
-bool is_of_roads(const FeatureTags& tags) {
+bool is_of_roads(const FeatureTags& all_tags) {
+  const RoadTags tags(all_tags);
   if (tags.has("highway") || tags.has("railway") || tags.has("aeroway") || tags.has("area:highway"))
     return true;
   if (tags.value("amenity") == "parking" || tags.value("place") == "square") return true;
@@ -57,10 +59,12 @@ RoadFeatures sort_features(const std::vector<VectorFeature>& features, const Roa
                            double half_size_m) {
   RoadFeatures sorted;
   for (const VectorFeature& feature : features) {
+    const RoadTags tags(feature.tags);
     if (feature.kind == FeatureKind::Point) {
-      if (feature.tags.value("highway") != "crossing") continue;
-      const std::string_view kind = feature.tags.value("crossing");
-      if (kind == "unmarked" || kind == "no") continue;
+      if (tags.value("highway") != "crossing") continue;
+      const std::string_view kind = tags.value("crossing");
+      if (kind == "unmarked" || flag_from_tag(kind) == false) continue;
+      if (sorted.hidden.is_hidden(feature.tags, SightOf::Area)) continue;
       for (const auto& part : feature.parts_world)
         for (const PointsWorld& line : part)
           for (const Vector2d& at : line)
@@ -70,12 +74,15 @@ RoadFeatures sort_features(const std::vector<VectorFeature>& features, const Roa
     }
     if (feature.kind == FeatureKind::Line) {
       const auto style = way_style(feature.tags, sorted.num_repaired);
-      if (!style) continue;
+      if (!style) {
+        ++sorted.num_not_built;
+        continue;
+      }
       for (const auto& part : feature.parts_world)
         for (const PointsWorld& line : part) {
           Way way{.feature = feature.number,
                   .style = *style,
-                  .ref = std::string(feature.tags.value("ref")),
+                  .ref = std::string(tags.value("ref")),
                   .points_world = line};
           if (!options.has_bridges) way.style.is_bridge = false;
           if (style->semantic_class == core::SemanticClass::Pier)
@@ -87,9 +94,13 @@ RoadFeatures sort_features(const std::vector<VectorFeature>& features, const Roa
         }
       continue;
     }
-    const bool is_airfield = feature.tags.value("aeroway") == "aerodrome";
+    const bool is_airfield = tags.value("aeroway") == "aerodrome";
     const auto style = pad_style(feature.tags);
-    if (!style && !is_airfield) continue;
+    if (!style && !is_airfield) {
+      ++sorted.num_not_built;
+      continue;
+    }
+    if (!is_airfield && sorted.hidden.is_hidden(feature.tags, SightOf::Area)) continue;
     for (const auto& part : feature.parts_world) {
       std::vector<PointsWorld> rings = clean_rings(part, half_size_m);
       if (rings.empty()) {

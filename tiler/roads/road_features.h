@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tiler/out_of_sight.h"
 #include "tiler/roads/pads.h"
 #include "tiler/roads/road_network.h"
 #include "tiler/roads/road_paint.h"
@@ -26,6 +27,8 @@ struct RoadFeatures {
   std::vector<PaintedArea> areas;
   std::vector<std::vector<PointsWorld>> airfields;  ///< whose ground is kept as grass
   std::vector<FootCrossing> crossings;
+  HiddenCounts hidden;
+  std::int64_t num_not_built = 0;  ///< lines and areas of no kind that is built
   std::int64_t num_repaired = 0;
   std::int64_t num_bad_areas = 0;
 };

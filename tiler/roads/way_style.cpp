@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include "core/error.h"
+#include "tiler/roads/road_tags.h"
 
 namespace terracast::tiler {
 namespace {
@@ -49,31 +49,13 @@ constexpr std::array<RoadClass, 16> kRoadClasses = {{
     {"busway", 34, 3.25, 1, 0.5, 1.6, 0.10, 40.0, 1.2, Marking::None},
 }};
 
-std::optional<int> whole_value(const FeatureTags& tags, std::string_view key) {
-  const std::string* text = tags.find(key);
-  if (text == nullptr) return std::nullopt;
-  int value = 0;
-  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
-  if (error == std::errc::result_out_of_range) return 1 << 20;
-  if (error != std::errc() || end == text->data()) return std::nullopt;
-  return value;
-}
-
 /// `maxspeed` where it is a plausible number, in km/h; 0: it is not.
-int max_speed_kmph(const FeatureTags& tags) {
-  const std::string_view text = tags.value("maxspeed");
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || value < 3 || value > 250) return 0;
-  const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
-  if (unit == " mph" || unit == "mph") return static_cast<int>(std::lround(1.609344 * value));
-  return unit.empty() || unit == " km/h" ? value : 0;
+int max_speed_kmph(const RoadTags& tags) {
+  const double speed_kmph = tags.speed_kmph("maxspeed").value_or(0.0);
+  return speed_kmph >= 3.0 && speed_kmph <= 250.0 ? static_cast<int>(std::lround(speed_kmph)) : 0;
 }
 
-bool is_yes(std::string_view value) { return !value.empty() && value != "no" && value != "0"; }
-
-Paving paving_of(std::string_view surface, Paving otherwise) {
-  if (surface.empty()) return otherwise;
+std::optional<Paving> paving_of_word(std::string_view surface) {
   const auto starts = [&](std::string_view with) { return surface.substr(0, with.size()) == with; };
   if (starts("asphalt") || starts("paved") || starts("chipseal")) return Paving::Asphalt;
   if (starts("concrete") || starts("metal")) return Paving::Concrete;
@@ -86,15 +68,19 @@ Paving paving_of(std::string_view surface, Paving otherwise) {
   if (starts("dirt") || starts("earth") || starts("ground") || starts("mud")) return Paving::Earth;
   if (starts("grass")) return Paving::Grass;
   if (starts("sand")) return Paving::Sand;
-  return otherwise;
+  return std::nullopt;
+}
+
+Paving paving_of(std::string_view surface, Paving otherwise) {
+  return paving_of_word(surface).value_or(otherwise);
 }
 
 bool is_hard(Paving paving) { return paving == Paving::Asphalt || paving == Paving::Concrete; }
 
 /// `width` where it is one of such ways; what is not is counted.
-std::optional<double> width_of(const FeatureTags& tags, double least_m, double most_m,
+std::optional<double> width_of(const RoadTags& tags, double least_m, double most_m,
                                std::int64_t& num_repaired) {
-  const auto width_m = tags.number("width");
+  const auto width_m = tags.middle("width");
   if (!width_m) return std::nullopt;
   if (*width_m >= least_m && *width_m <= most_m) return width_m;
   ++num_repaired;
@@ -106,15 +92,18 @@ std::int16_t order_of(int base, int level) {
   return static_cast<std::int16_t>(base + 1000 * level);
 }
 
-void describe_road(const FeatureTags& tags, const RoadClass& road, WayStyle& style,
+void describe_road(const RoadTags& tags, const RoadClass& road, WayStyle& style,
                    std::int64_t& num_repaired) {
   style.rank = road.rank;
   style.kind = static_cast<world::WayKind>(&road - kRoadClasses.data());
   style.lane_m = road.lane_m;
   style.max_speed_kmph = max_speed_kmph(tags);
-  for (const char* key : {"access", "vehicle", "motor_vehicle"})
-    if (tags.has(key))
-      style.has_motor_traffic = tags.value(key) != "no" && tags.value(key) != "private";
+  using Key = RoadTags::WordKey;
+  for (const Key& key : {Key("access"), Key("vehicle"), Key("motor_vehicle")}) {
+    const std::string_view access = tags.value(key);
+    if (is_access_word(access))
+      style.has_motor_traffic = access != "private" && flag_from_tag(access) != false;
+  }
   style.shoulder_m = road.shoulder_m;
   style.max_grade = road.max_grade;
   style.smooth_m = road.smooth_m;
@@ -122,22 +111,26 @@ void describe_road(const FeatureTags& tags, const RoadClass& road, WayStyle& sty
   style.paving = paving_of(tags.value("surface"), Paving::Asphalt);
   style.marking = is_hard(style.paving) ? road.marking : Marking::None;
   const std::string_view oneway = tags.value("oneway");
+  const std::optional<bool> oneway_flag = flag_from_tag(oneway);
+  style.is_against = oneway == "-1" || oneway == "reverse";
   const std::string_view junction = tags.value("junction");
   const bool is_round = junction == "roundabout" || junction == "circular";
-  style.is_oneway = oneway == "yes" || oneway == "1" || oneway == "true" || oneway == "-1" ||
-                    is_round || (road.name == "motorway" && oneway != "no");
-  style.is_against = oneway == "-1";
+  style.is_oneway = style.is_against || is_round || oneway_flag.value_or(road.name == "motorway");
   style.num_lanes = road.num_lanes;
   if (style.is_oneway && road.num_lanes == 2 && road.rank < 80) style.num_lanes = 1;
-  if (const auto lanes = whole_value(tags, "lanes")) {
-    if (*lanes >= 1 && *lanes <= 8)
-      style.num_lanes = *lanes;
-    else
+  // Parts of a lane widen a road, and are not painted.
+  double wide_lanes = style.num_lanes;
+  if (const auto lanes = tags.middle("lanes")) {
+    if (*lanes >= 1.0 && *lanes <= 8.0) {
+      wide_lanes = *lanes;
+      style.num_lanes = static_cast<int>(std::floor(*lanes));
+    } else {
       ++num_repaired;
+    }
   }
   const bool is_service = road.name == "service";
   const std::string_view kind = tags.value("service");
-  double width_m = road.lane_m * style.num_lanes + road.margin_m;
+  double width_m = road.lane_m * wide_lanes + road.margin_m;
   if (is_service && !tags.has("lanes"))
     width_m = kind == "parking_aisle" ? 5.5 : kind == "driveway" || kind == "alley" ? 3.2 : 4.0;
   if (style.num_lanes == 1 && !is_service) width_m = std::max(width_m, 4.0);
@@ -154,13 +147,14 @@ void describe_road(const FeatureTags& tags, const RoadClass& road, WayStyle& sty
   // A motorway of several lanes has a hard shoulder; a narrow one has none.
   style.is_lit_town = road.name == "residential" || road.name == "living_street";
   const std::string_view sidewalk = tags.value("sidewalk");
-  const bool wants_sidewalk = sidewalk == "both" || sidewalk == "left" || sidewalk == "right" ||
-                              sidewalk == "yes" || tags.value("sidewalk:both") == "yes";
+  const bool wants_sidewalk = is_one_of(sidewalk, "both|left|right") ||
+                              flag_from_tag(sidewalk) == true ||
+                              flag_from_tag(tags.value("sidewalk:both")) == true;
   if (wants_sidewalk && road.rank < 80) style.sidewalk_m = 2.0;
   style.order = order_of(400 + road.rank, style.level);
 }
 
-bool describe_highway(const FeatureTags& tags, std::string_view value, WayStyle& style,
+bool describe_highway(const RoadTags& tags, std::string_view value, WayStyle& style,
                       std::int64_t& num_repaired) {
   for (const RoadClass& road : kRoadClasses)
     if (road.name == value) {
@@ -219,7 +213,7 @@ bool describe_highway(const FeatureTags& tags, std::string_view value, WayStyle&
   return true;
 }
 
-bool describe_railway(const FeatureTags& tags, std::string_view value, WayStyle& style) {
+bool describe_railway(const RoadTags& tags, std::string_view value, WayStyle& style) {
   const bool is_rail = value == "rail" || value == "light_rail" || value == "narrow_gauge" ||
                        value == "preserved" || value == "subway";
   if (!is_rail && value != "tram" && value != "funicular") return false;
@@ -228,8 +222,8 @@ bool describe_railway(const FeatureTags& tags, std::string_view value, WayStyle&
   style.paving = Paving::Ballast;
   style.marking = Marking::Rails;
   style.num_lanes = 1;
-  if (const auto tracks = whole_value(tags, "tracks"); tracks && *tracks >= 1 && *tracks <= 6)
-    style.num_lanes = *tracks;
+  if (const auto tracks = tags.middle("tracks"); tracks && *tracks >= 1.0 && *tracks <= 6.0)
+    style.num_lanes = static_cast<int>(std::lround(*tracks));
   style.half_width_m = 0.5 * (4.0 * style.num_lanes + 0.4);
   style.shoulder_m = 1.6;
   style.rank = 85;
@@ -245,7 +239,7 @@ bool describe_railway(const FeatureTags& tags, std::string_view value, WayStyle&
   return true;
 }
 
-bool describe_aeroway(const FeatureTags& tags, std::string_view value, WayStyle& style,
+bool describe_aeroway(const RoadTags& tags, std::string_view value, WayStyle& style,
                       std::int64_t& num_repaired) {
   if (value != "runway" && value != "taxiway" && value != "stopway") return false;
   const bool is_runway = value == "runway";
@@ -271,6 +265,13 @@ bool describe_aeroway(const FeatureTags& tags, std::string_view value, WayStyle&
 
 }  // namespace
 
+bool is_surface_word(std::string_view word) { return paving_of_word(word).has_value(); }
+
+bool is_road_class(std::string_view highway) {
+  return std::any_of(kRoadClasses.begin(), kRoadClasses.end(),
+                     [&](const RoadClass& road) { return road.name == highway; });
+}
+
 double class_lane_m(std::string_view highway) {
   const auto found = std::find_if(kRoadClasses.begin(), kRoadClasses.end(),
                                   [&](const RoadClass& road) { return road.name == highway; });
@@ -278,30 +279,26 @@ double class_lane_m(std::string_view highway) {
   return found->lane_m;
 }
 
-std::optional<WayStyle> way_style(const FeatureTags& tags, std::int64_t& num_repaired) {
-  if (is_yes(tags.value("indoor")) || tags.value("highway") == "corridor") return std::nullopt;
-  if (is_yes(tags.value("area"))) return std::nullopt;
+std::optional<WayStyle> way_style(const FeatureTags& all_tags, std::int64_t& num_repaired) {
+  const RoadTags tags(all_tags);
+  const Sight sight = sight_of(all_tags, SightOf::Way);
+  if (sight == Sight::Indoors || tags.is_yes("area")) return std::nullopt;
   WayStyle style;
-  if (const auto level = whole_value(tags, "layer")) style.level = std::clamp(*level, -5, 5);
-  const std::string_view bridge = tags.value("bridge");
-  const std::string_view tunnel = tags.value("tunnel");
-  style.is_bridge = is_yes(bridge);
-  style.is_tunnel =
-      is_yes(tunnel) || tags.value("covered") == "yes" || tags.value("location") == "underground";
+  if (const auto level = tags.middle("layer"))
+    style.level = static_cast<int>(std::lround(std::clamp(*level, -5.0, 5.0)));
+  style.is_bridge = tags.is_yes("bridge");
+  style.is_tunnel = sight != Sight::Open;
   if (style.is_tunnel) style.is_bridge = false;
   if (style.is_bridge) style.level = std::max(style.level, 1);
   // What lies on the ground is painted in one order, whatever its `layer`: it is the ground's.
   const int level = style.level;
   if (!style.is_bridge && !style.is_tunnel) style.level = 0;
   bool is_way = false;
-  if (const std::string* highway = tags.find("highway"))
-    is_way = describe_highway(tags, *highway, style, num_repaired);
-  if (!is_way)
-    if (const std::string* railway = tags.find("railway"))
-      is_way = describe_railway(tags, *railway, style);
-  if (!is_way)
-    if (const std::string* aeroway = tags.find("aeroway"))
-      is_way = describe_aeroway(tags, *aeroway, style, num_repaired);
+  if (tags.has("highway"))
+    is_way = describe_highway(tags, tags.value("highway"), style, num_repaired);
+  if (!is_way && tags.has("railway")) is_way = describe_railway(tags, tags.value("railway"), style);
+  if (!is_way && tags.has("aeroway"))
+    is_way = describe_aeroway(tags, tags.value("aeroway"), style, num_repaired);
   if (!is_way) {
     const std::string_view man_made = tags.value("man_made");
     if (man_made != "pier" && man_made != "breakwater") return std::nullopt;
@@ -322,11 +319,10 @@ std::optional<WayStyle> way_style(const FeatureTags& tags, std::int64_t& num_rep
   return style;
 }
 
-std::optional<PadStyle> pad_style(const FeatureTags& tags) {
+std::optional<PadStyle> pad_style(const FeatureTags& all_tags) {
+  const RoadTags tags(all_tags);
   PadStyle style;
-  if (is_yes(tags.value("indoor")) || is_yes(tags.value("tunnel")) ||
-      is_yes(tags.value("bridge")) || tags.value("location") == "underground")
-    return std::nullopt;
+  if (tags.is_yes("bridge")) return std::nullopt;
   const std::string_view aeroway = tags.value("aeroway");
   if (aeroway == "apron" || aeroway == "helipad") {
     style.use = aeroway == "apron" ? PadUse::Airfield : PadUse::Level;
@@ -346,7 +342,7 @@ std::optional<PadStyle> pad_style(const FeatureTags& tags) {
   }
   if (tags.value("amenity") == "parking" || tags.value("amenity") == "bicycle_parking") {
     const std::string_view kind = tags.value("parking");
-    if (kind == "underground" || kind == "multi-storey" || kind == "rooftop") return std::nullopt;
+    if (is_one_of(kind, "underground|multi-storey|rooftop")) return std::nullopt;
     style.use = PadUse::Level;
     style.paving = paving_of(tags.value("surface"), Paving::Asphalt);
     style.semantic_class = SemanticClass::Parking;
@@ -365,7 +361,7 @@ std::optional<PadStyle> pad_style(const FeatureTags& tags) {
   }
   const std::string_view area = tags.value("area:highway");
   const std::string_view highway = tags.value("highway");
-  if (!area.empty() && !is_yes(tags.value("area")) && highway.empty()) {
+  if (!area.empty() && !tags.is_yes("area") && highway.empty()) {
     const bool is_walk = area == "footway" || area == "pedestrian" || area == "path";
     style.paving = paving_of(tags.value("surface"), is_walk ? Paving::Cobbles : Paving::Asphalt);
     style.semantic_class = is_walk ? SemanticClass::Path : SemanticClass::Road;

@@ -50,6 +50,9 @@ struct WayStyle {
 /// num_repaired   is raised where a width or a number of lanes was no plausible one
 std::optional<WayStyle> way_style(const FeatureTags& tags, std::int64_t& num_repaired);
 
+/// Whether it is a class of roads (`highway`), and no path.
+bool is_road_class(std::string_view highway);
+
 /// Width of the lanes of a class of roads (`highway`) where tags say no more.
 /// throws   Internal: no such class
 double class_lane_m(std::string_view highway);
@@ -66,6 +69,7 @@ struct PadStyle {
   int coarsest_level = 4;
 };
 
+/// nullopt: it is none of the areas that are built, or is carried by a bridge. Whether it can be seen is not looked at.
 std::optional<PadStyle> pad_style(const FeatureTags& tags);
 
 /// Painting orders of what has no way of its own.

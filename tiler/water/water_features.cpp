@@ -7,6 +7,7 @@
 
 #include "tiler/sound_areas.h"
 #include "tiler/water/water_map.h"
+#include "tiler/water/water_tags.h"
 
 namespace terracast::tiler {
 namespace {
@@ -33,30 +34,23 @@ constexpr std::array<LineKind, 9> kLineKinds = {{{"river", 3, 14.0},
                                                  {"drain", 0, 1.4},
                                                  {"ditch", 0, 1.0}}};
 
-const LineKind* kind_of(const FeatureTags& tags) {
+const LineKind* kind_of(const WaterTags& tags) {
   for (const LineKind& kind : kLineKinds)
     if (tags.value("waterway") == kind.waterway) return &kind;
   return nullptr;
 }
 
-bool is_area_tagged(const FeatureTags& tags) {
+bool is_area_tagged(const WaterTags& tags) {
   const std::string_view waterway = tags.value("waterway");
   const std::string_view landuse = tags.value("landuse");
   return tags.value("natural") == "water" || waterway == "riverbank" || waterway == "dock" ||
          landuse == "reservoir" || landuse == "basin";
 }
 
-bool is_river_area(const FeatureTags& tags) {
+bool is_river_area(const WaterTags& tags) {
   const std::string_view water = tags.value("water");
   return tags.value("waterway") == "riverbank" || water == "river" || water == "stream" ||
          water == "canal" || water == "oxbow_river";
-}
-
-bool is_covered(const FeatureTags& tags) {
-  const std::string_view tunnel = tags.value("tunnel");
-  if (!tunnel.empty() && tunnel != "no") return true;
-  if (tags.has("covered") && tags.value("covered") != "no") return true;
-  return tags.number("layer").value_or(0.0) < 0.0;
 }
 
 /// Twice the signed area of a ring.
@@ -97,7 +91,8 @@ class Taker {
   void take(const VectorFeature& feature) {
     if (feature.kind == FeatureKind::Line)
       take_lines(feature);
-    else if (feature.kind == FeatureKind::Area && is_area_tagged(feature.tags))
+    else if (feature.kind == FeatureKind::Area && is_area_tagged(feature.tags) &&
+             !hidden_.is_hidden(feature.tags, SightOf::Area))
       take_areas(feature);
   }
 
@@ -108,19 +103,22 @@ class Taker {
                      {"widths that are none", num_widths_},
                      {"areas that are none", num_flat_},
                      {"areas repaired", num_repaired_}};
+    hidden_.append_to(found_.counts);
     return std::move(found_);
   }
 
  private:
   void take_lines(const VectorFeature& feature) {
-    const LineKind* kind = kind_of(feature.tags);
+    const WaterTags tags(feature.tags);
+    const LineKind* kind = kind_of(tags);
     if (kind == nullptr) return;
     WaterLineInfo info;
     double width_m = kind->width_m;
-    for (const std::string_view key : {"width", "est_width"}) {
-      const std::optional<double> told_m = feature.tags.number(key);
+    using Key = WaterTags::AmountKey;
+    for (const Key& key : {Key("width"), Key("est_width")}) {
+      const std::optional<double> told_m = tags.middle(key);
       if (!told_m) {
-        if (feature.tags.has(key)) ++num_widths_;
+        if (feature.tags.has(key.rule().name)) ++num_widths_;
         continue;
       }
       if (*told_m > 0.05 && *told_m < kWidest_m) {
@@ -132,11 +130,10 @@ class Taker {
     info.line.number = feature.number;
     info.line.rank = kind->rank;
     info.line.half_width_m = 0.5 * width_m;
-    info.line.is_covered = is_covered(feature.tags);
-    info.line.name = std::string(feature.tags.value("name"));
-    const std::string_view intermittent = feature.tags.value("intermittent");
-    info.is_dry = kind->waterway == "wadi" || intermittent == "yes" ||
-                  feature.tags.value("seasonal") == "yes";
+    info.line.is_covered = sight_of(feature.tags, SightOf::Waterway) != Sight::Open;
+    info.line.name = std::string(tags.value("name"));
+    info.is_dry =
+        kind->waterway == "wadi" || tags.is_yes("intermittent") || tags.is_yes("seasonal");
     bool is_any = false;
     for (const PointsWorld& part :
          feature.parts_world.empty() ? std::vector<PointsWorld>{} : lines_of(feature)) {
@@ -199,6 +196,7 @@ class Taker {
 
   double half_size_m_;
   WaterFeatures found_;
+  HiddenCounts hidden_;
   std::int64_t num_lines_ = 0;
   std::int64_t num_covered_ = 0;
   std::int64_t num_widths_ = 0;

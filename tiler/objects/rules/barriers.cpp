@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/rules.h"
 #include "tiler/objects/things.h"
 
@@ -12,10 +13,10 @@ namespace {
 using Eigen::Vector2d;
 
 /// nullptr: of another kind.
-const char* thing_of(const FeatureTags& tags) {
+const char* thing_of(const ObjectTags& tags) {
   const std::string_view barrier = tags.value("barrier");
   if (barrier == "hedge") {
-    const auto width_m = tags.number("width");
+    const auto width_m = tags.middle("width");
     return width_m && *width_m > 1.2 ? "field_hedge" : "hedge";
   }
   if (barrier == "fence") return "board_fence";

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/rules.h"
 
 namespace terracast::tiler {
@@ -96,10 +97,9 @@ void park(const RuleInputs& inputs, const VectorFeature& feature,
 
 void propose_parked_cars(const RuleInputs& inputs, Proposals& to) {
   for (const VectorFeature& feature : inputs.features) {
-    if (feature.kind != FeatureKind::Area || feature.tags.value("amenity") != "parking") continue;
-    const std::string_view kind = feature.tags.value("parking");
-    if (kind == "underground" || kind == "multi-storey" || kind == "rooftop" || kind == "sheds")
-      continue;
+    const ObjectTags tags(feature.tags);
+    if (feature.kind != FeatureKind::Area || tags.value("amenity") != "parking") continue;
+    if (is_one_of(tags.value("parking"), "underground|multi-storey|rooftop|sheds")) continue;
     for (std::size_t part = 0; part < feature.parts_world.size(); ++part)
       if (!feature.parts_world[part].empty() && feature.parts_world[part].front().size() >= 3)
         park(inputs, feature, feature.parts_world[part],

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "core/random.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/rules.h"
 
 namespace terracast::tiler {
@@ -22,14 +23,9 @@ struct Kind {
   double span_m;  ///< where a line has no support for longer, some are put in
 };
 
-Kind kind_of(const FeatureTags& tags) {
+Kind kind_of(const ObjectTags& tags) {
   if (tags.value("power") == "minor_line") return {"wood_pole", 75.0};
-  const std::string_view voltage = tags.value("voltage");
-  double volts = 0.0;
-  for (const char c : voltage) {
-    if (c < '0' || c > '9') break;
-    volts = 10.0 * volts + (c - '0');
-  }
+  const double volts = tags.most("voltage").value_or(0.0);
   if (volts > 0.0 && volts < 50000.0) return {"wood_pole", 75.0};
   if (volts > 0.0 && volts < 200000.0) return {"pylon_small", 330.0};
   return {"pylon", 400.0};
@@ -40,18 +36,15 @@ Kind kind_of(const FeatureTags& tags) {
 void propose_power_lines(const RuleInputs& inputs, Proposals& to) {
   std::set<Place> known;
   for (const VectorFeature& feature : inputs.features) {
-    const std::string_view power = feature.tags.value("power");
+    const std::string_view power = ObjectTags(feature.tags).value("power");
     if (feature.kind == FeatureKind::Point &&
         (power == "tower" || power == "pole" || power == "portal"))
       known.insert(place_of(middle_of(feature)));
   }
   std::map<Place, std::size_t> supports;
   for (const VectorFeature& feature : inputs.features) {
-    const std::string_view power = feature.tags.value("power");
+    const std::string_view power = ObjectTags(feature.tags).value("power");
     if (feature.kind != FeatureKind::Line || (power != "line" && power != "minor_line")) continue;
-    if (feature.tags.value("location") == "underground" ||
-        feature.tags.value("location") == "underwater")
-      continue;
     const Kind kind = kind_of(feature.tags);
     const std::uint64_t stream = core::stream_of(0x706f7765ULL, feature.number);
     std::uint64_t number = 0;

@@ -3,6 +3,7 @@
 
 #include "core/random.h"
 #include "tiler/objects/area_grid.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/rules.h"
 #include "tiler/objects/things.h"
 
@@ -44,9 +45,9 @@ void add_jet_bridge(const VectorFeature& feature, std::uint64_t stream, Proposal
 void propose_aircraft(const RuleInputs& inputs, Proposals& to) {
   bool has_stands = false;
   for (const VectorFeature& feature : inputs.features)
-    has_stands = has_stands || feature.tags.value("aeroway") == "parking_position";
+    has_stands = has_stands || ObjectTags(feature.tags).value("aeroway") == "parking_position";
   for (const VectorFeature& feature : inputs.features) {
-    const std::string_view aeroway = feature.tags.value("aeroway");
+    const std::string_view aeroway = ObjectTags(feature.tags).value("aeroway");
     const std::uint64_t stream = core::stream_of(0x61697263ULL, feature.number);
     const auto is_taken = [&](std::uint64_t number) {
       return core::random_unit(inputs.seed, stream, number) < inputs.options.aircraft;
@@ -79,7 +80,7 @@ void propose_aircraft(const RuleInputs& inputs, Proposals& to) {
         plane.place_world -=
             (0.5 * all_things()[plane.thing].size_m.x() - (is_small ? 1.5 : 6.0)) * direction;
       } else if (feature.kind == FeatureKind::Point) {
-        const auto direction = feature.tags.number("direction");
+        const auto direction = ObjectTags(feature.tags).direction_deg("direction");
         add(middle_of(feature), heading_of_compass(direction.value_or(0.0)), kAirliners, 1);
       }
     } else if (aeroway == "jet_bridge") {
@@ -119,11 +120,11 @@ void propose_ports(const RuleInputs& inputs, Proposals& to) {
   static constexpr Chance kBoxes[] = {{"container_40", 0.45}, {"container_40_high", 0.55}};
   for (const VectorFeature& feature : inputs.features) {
     if (feature.kind != FeatureKind::Area) continue;
-    const std::string_view landuse = feature.tags.value("landuse");
-    const std::string_view industrial = feature.tags.value("industrial");
+    const std::string_view landuse = ObjectTags(feature.tags).value("landuse");
+    const std::string_view industrial = ObjectTags(feature.tags).value("industrial");
     if (landuse != "port" && landuse != "harbour" && landuse != "container_terminal" &&
         industrial != "port" && industrial != "container_terminal" &&
-        feature.tags.value("port") != "container")
+        ObjectTags(feature.tags).value("port") != "container")
       continue;
     const std::uint64_t stream = core::stream_of(0x706f7274ULL, feature.number);
     for (const auto& rings : feature.parts_world) {
@@ -224,7 +225,7 @@ void propose_boats(const RuleInputs& inputs, Proposals& to) {
   static constexpr Chance kSmall[] = {{"motor_boat", 0.5}, {"rowing_boat", 0.5}};
   for (const VectorFeature& feature : inputs.features) {
     const std::uint64_t stream = core::stream_of(0x626f6174ULL, feature.number);
-    const FeatureTags& tags = feature.tags;
+    const ObjectTags tags(feature.tags);
     const bool is_mooring = tags.value("seamark:type") == "mooring" || tags.has("mooring");
     if (feature.kind == FeatureKind::Point && is_mooring) {
       if (core::random_unit(inputs.seed, stream, 0) >= inputs.options.boats) continue;
@@ -292,8 +293,8 @@ void propose_ships(const RuleInputs& inputs, Proposals& to) {
       {"sailing", "sailing_yacht"},     {"yacht", "motor_yacht"},  {"boat", "motor_boat"}};
   for (const VectorFeature& feature : inputs.features) {
     if (feature.kind != FeatureKind::Point) continue;
-    const std::string_view ship = feature.tags.value("ship");
-    const std::string_view seamark = feature.tags.value("seamark:type");
+    const std::string_view ship = ObjectTags(feature.tags).value("ship");
+    const std::string_view seamark = ObjectTags(feature.tags).value("seamark:type");
     if (ship.empty() && seamark != "anchorage" && seamark != "berth" && seamark != "anchor_berth")
       continue;
     const std::uint64_t stream = core::stream_of(0x73686970ULL, feature.number);
@@ -306,7 +307,7 @@ void propose_ships(const RuleInputs& inputs, Proposals& to) {
         choose(own, chance, core::random_bits(inputs.seed, stream, 1));
       }
     own.place_world = middle_of(feature);
-    const auto direction = feature.tags.number("direction");
+    const auto direction = ObjectTags(feature.tags).direction_deg("direction");
     own.heading = direction ? heading_of_compass(*direction)
                             : static_cast<std::uint16_t>(core::random_bits(inputs.seed, stream, 2));
     to.candidates.push_back(own);
@@ -316,14 +317,14 @@ void propose_ships(const RuleInputs& inputs, Proposals& to) {
 void propose_landmarks(const RuleInputs& inputs, Proposals& to) {
   const std::uint64_t wind = core::random_bits(inputs.seed, 0x77696e64, 1);
   for (const VectorFeature& feature : inputs.features) {
-    const FeatureTags& tags = feature.tags;
+    const ObjectTags tags(feature.tags);
     if (feature.kind == FeatureKind::Line) continue;
     const std::string_view man_made = tags.value("man_made");
     const std::uint64_t stream = core::stream_of(0x6c616e64ULL, feature.number);
     const std::uint64_t draw = core::random_bits(inputs.seed, stream, 1);
     std::string_view thing;
-    double wanted_m = tags.number("height").value_or(0.0);
-    double diameter_m = tags.number("diameter").value_or(0.0);
+    double wanted_m = tags.most("height").value_or(0.0);
+    double diameter_m = tags.middle("diameter").value_or(0.0);
     if (feature.kind == FeatureKind::Area && !feature.parts_world.empty() && diameter_m <= 0.0)
       diameter_m = 2.0 * std::sqrt(area_m2(feature.parts_world.front()) / 3.14159265);
     bool by_diameter = false;
@@ -388,7 +389,7 @@ void propose_landmarks(const RuleInputs& inputs, Proposals& to) {
                   : by_diameter            ? Footing::Paved
                                            : Footing::Land;
     const bool is_turbine = thing.substr(0, 4) == "wind";
-    const auto direction = tags.number("direction");
+    const auto direction = tags.direction_deg("direction");
     own.heading = direction    ? heading_of_compass(*direction)
                   : is_turbine ? static_cast<std::uint16_t>(wind + draw % 1500U)
                                : static_cast<std::uint16_t>(draw >> 20U);

@@ -3,6 +3,7 @@
 #include <unordered_map>
 
 #include "core/random.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/rules.h"
 #include "tiler/roads/way_style.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-const RoadTraffic* road_of(const FeatureTags& tags) {
+const RoadTraffic* road_of(const ObjectTags& tags) {
   const std::string_view highway = tags.value("highway");
   const std::span<const RoadTraffic> roads = road_traffic();
   const auto found = std::find_if(roads.begin(), roads.end(),
@@ -20,12 +21,7 @@ const RoadTraffic* road_of(const FeatureTags& tags) {
   return found == roads.end() ? nullptr : &*found;
 }
 
-bool is_on_ground(const FeatureTags& tags) {
-  const auto is_no = [&](std::string_view key) {
-    return !tags.has(key) || tags.value(key) == "no";
-  };
-  return is_no("bridge") && is_no("tunnel") && is_no("covered") && tags.value("area") != "yes";
-}
+bool is_on_ground(const ObjectTags& tags) { return !tags.is_yes("bridge") && !tags.is_yes("area"); }
 
 struct Lanes {
   int forward = 1;
@@ -37,7 +33,7 @@ Lanes lanes_of(const FeatureTags& tags, const RoadTraffic& road) {
   std::int64_t num_repaired = 0;  // roads count them
   const std::optional<WayStyle> style = way_style(tags, num_repaired);
   if (!style) return {.forward = 0, .backward = 0};
-  const bool is_back = tags.value("oneway") == "-1";
+  const bool is_back = style->is_against;
   const bool is_oneway = style->is_oneway || road.highway.ends_with("_link");
   const int num = style->num_lanes;
   Lanes lanes{.forward = num - num / 2, .backward = num / 2};
@@ -164,7 +160,8 @@ class Carriageways {
 void propose_street_lamps(const RuleInputs& inputs, Proposals& to) {
   const Carriageways carriageways(inputs.features);
   for (const VectorFeature& feature : inputs.features) {
-    const std::string_view highway = feature.tags.value("highway");
+    const ObjectTags tags(feature.tags);
+    const std::string_view highway = tags.value("highway");
     if (highway == "street_lamp") {
       Candidate lamp{.rule = Rule::StreetLamps,
                      .footing = Footing::Land,
@@ -173,7 +170,7 @@ void propose_street_lamps(const RuleInputs& inputs, Proposals& to) {
       lamp.thing = thing_row("street_lamp");
       lamp.place_world = middle_of(feature);
       lamp.heading = heading_of_compass(
-          feature.tags.number("direction")
+          tags.direction_deg("direction")
               .value_or(static_cast<double>(core::random_bits(inputs.seed, 0x6c61, feature.number) %
                                             360U)));
       to.candidates.push_back(lamp);
@@ -183,14 +180,14 @@ void propose_street_lamps(const RuleInputs& inputs, Proposals& to) {
         !is_on_ground(feature.tags))
       continue;
     const RoadTraffic* road = road_of(feature.tags);
-    const std::string_view lit = feature.tags.value("lit");
+    const std::optional<bool> is_lit = tags.flag("lit");
     const bool is_way = highway == "footway" || highway == "pedestrian" || highway == "cycleway";
-    if (lit == "no" || (road == nullptr && !(is_way && lit == "yes"))) continue;
+    if (is_lit == false || (road == nullptr && !(is_way && is_lit == true))) continue;
     const bool is_street = highway == "residential" || highway == "living_street";
-    if (lit != "yes" && !is_street) continue;
+    if (is_lit != true && !is_street) continue;
     const Lanes lanes = road != nullptr ? lanes_of(feature.tags, *road) : Lanes{};
     double half_m = road != nullptr ? lanes.half_width_m : 1.2;
-    if (const auto width = feature.tags.number("width"); width && *width > 1.0 && *width < 40.0)
+    if (const auto width = tags.middle("width"); width && *width > 1.0 && *width < 40.0)
       half_m = 0.5 * *width;
     const double spacing_m =
         std::max(is_way ? 0.8 * inputs.options.lamp_spacing_m : inputs.options.lamp_spacing_m, 5.0);

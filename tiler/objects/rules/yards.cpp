@@ -2,6 +2,7 @@
 
 #include "core/random.h"
 #include "tiler/objects/area_grid.h"
+#include "tiler/objects/object_tags.h"
 #include "tiler/objects/rules.h"
 #include "tiler/objects/things.h"
 
@@ -79,12 +80,13 @@ void propose_yards(const RuleInputs& inputs, Proposals& to) {
     for (std::size_t part = 0; part < feature.parts_world.size(); ++part) {
       const std::vector<PointsWorld>& rings = feature.parts_world[part];
       if (rings.empty()) continue;
-      if (feature.kind == FeatureKind::Line && feature.tags.value("amenity") == "loading_dock" &&
+      if (feature.kind == FeatureKind::Line &&
+          ObjectTags(feature.tags).value("amenity") == "loading_dock" &&
           inputs.options.parked_cars > 0.0)
         back_trucks(inputs, feature, part, rings.front(), to);
       if (feature.kind == FeatureKind::Area &&
-          feature.tags.value("industrial") == "container_yard" && inputs.options.containers > 0.0 &&
-          rings.front().size() >= 3 && area_m2(rings) < 2e6)
+          ObjectTags(feature.tags).value("industrial") == "container_yard" &&
+          inputs.options.containers > 0.0 && rings.front().size() >= 3 && area_m2(rings) < 2e6)
         pile_containers(inputs, feature, part, rings, to);
     }
 }
