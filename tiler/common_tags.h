@@ -20,6 +20,8 @@ inline constexpr std::string_view kNumber = "numbers the feature; read by number
 inline constexpr std::string_view kReference = "refers to other lists";
 inline constexpr std::string_view kOther =
     "says what else is there, which another kind of layer makes something of";
+inline constexpr std::string_view kPart =
+    "measures a part of a thing, which is scaled by its height";
 inline constexpr std::string_view kTechnical = "says how a thing works, which does not show";
 inline constexpr std::string_view kMeasured = "a measure of the shape, which the shape itself says";
 }  // namespace ignored_because
@@ -126,6 +128,24 @@ inline constexpr auto kIgnoredTags = std::to_array<core::KnownName>({
     {"shop", ignored_because::kOther, false},
     {"man_made", ignored_because::kOther, false},
     {"building", ignored_because::kOther, false},
+    {"lit", ignored_because::kOther, false},
+    {"tower:type", ignored_because::kOther, false},
+    {"crane:type", ignored_because::kOther, false},
+    {"building:part", ignored_because::kOther, false},
+    {"building:material", ignored_because::kOther, false},
+    {"building:colour", ignored_because::kOther, false},
+    {"building:color", ignored_because::kOther, false},
+    {"building:facade:colour", ignored_because::kOther, false},
+    {"roof:material", ignored_because::kOther, false},
+    {"roof:colour", ignored_because::kOther, false},
+    {"roof:color", ignored_because::kOther, false},
+    {"roof:height", ignored_because::kOther, false},
+    {"roof:angle", ignored_because::kOther, false},
+    {"roof:direction", ignored_because::kOther, false},
+    {"roof:orientation", ignored_because::kOther, false},
+    {"min_height", ignored_because::kOther, false},
+    {"rotor:diameter", ignored_because::kPart, false},
+    {"height:hub", ignored_because::kPart, false},
     {"gauge", ignored_because::kTechnical, false},
     {"electrified", ignored_because::kTechnical, false},
     {"frequency", ignored_because::kTechnical, false},

@@ -72,6 +72,7 @@ constexpr KindName kKinds[] = {
     {"stable", BuildingKind::Barn},
     {"cowshed", BuildingKind::Barn},
     {"sty", BuildingKind::Barn},
+    {"boathouse", BuildingKind::Barn},
     {"greenhouse", BuildingKind::Greenhouse},
     {"roof", BuildingKind::Canopy},
     {"carport", BuildingKind::Canopy},
