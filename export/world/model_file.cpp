@@ -38,7 +38,7 @@ aiMaterial* material_of(const Part& part, const std::vector<ModelTexture>& textu
   material->AddProperty(&name, AI_MATKEY_NAME);
   // A picture is multiplied by the colour.
   const auto linear = [&](std::size_t channel) {
-    return part.texture >= 0 ? 1.0F : core::linear_from_srgb8(part.color_srgb[channel]);
+    return core::linear_from_srgb8(part.color_srgb[channel]);
   };
   const aiColor4D color(linear(0), linear(1), linear(2), 1.0F);
   material->AddProperty(&color, 1, AI_MATKEY_BASE_COLOR);

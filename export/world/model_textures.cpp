@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/srgb.h"
@@ -15,27 +13,18 @@ namespace {
 /// libdeflate's scale; noise gets hardly smaller above.
 constexpr int kPngLevel = 6;
 
-/// A picture of three channels, over a colour where it is transparent; mixed in linear light.
-core::Image8 over(const core::Image8& image, const std::array<std::uint8_t, 3>& color_srgb) {
+/// A picture of three channels, white where it is transparent; mixed in linear light.
+core::Image8 over_white(const core::Image8& image) {
   if (image.channels() == 3) return image;
   core::Image8 flat(image.width(), image.height(), 3);
   for (int y = 0; y < image.height(); ++y)
     for (int x = 0; x < image.width(); ++x) {
       const float alpha = static_cast<float>(image(x, y, 3)) / 255.0F;
       for (int c = 0; c < 3; ++c)
-        flat(x, y, c) = core::srgb8_from_linear(
-            alpha * core::linear_from_srgb8(image(x, y, c)) +
-            (1.0F - alpha) * core::linear_from_srgb8(color_srgb[static_cast<std::size_t>(c)]));
+        flat(x, y, c) = core::srgb8_from_linear(alpha * core::linear_from_srgb8(image(x, y, c)) +
+                                                (1.0F - alpha));
     }
   return flat;
-}
-
-bool is_opaque(const core::Image8& image) {
-  if (image.channels() == 3) return true;
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x)
-      if (image(x, y, 3) != 255) return false;
-  return true;
 }
 
 }  // namespace
@@ -43,25 +32,16 @@ bool is_opaque(const core::Image8& image) {
 int ModelTextures::of(const world::Finish& finish) {
   if (finish.material != world::Material::Textured) return -1;
   const std::uint16_t row = finish.pattern;
-  if (const auto known = opaque_.find(row); known != opaque_.end()) return known->second;
-  const auto& color = finish.color_srgb;
-  if (const auto known = over_color_.find({row, color}); known != over_color_.end())
-    return known->second;
+  if (const auto known = rows_.find(row); known != rows_.end()) return known->second;
   if (row >= store_.manifest().textures.size())
     core::fail(core::ErrorKind::Input,
                "a surface shows texture {}; the world has {}; tile the world again", row,
                store_.manifest().textures.size());
   const world::Texture texture = store_.load_texture(row);
   const auto index = static_cast<int>(textures_.size());
-  std::string name = fmt::format("texture_{}", row);
-  if (is_opaque(texture.image)) {
-    opaque_[row] = index;
-  } else {
-    name += fmt::format("_{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
-    over_color_[{row, color}] = index;
-  }
-  textures_.push_back({.name = std::move(name),
-                       .png = core::encode_png(over(texture.image, color), kPngLevel),
+  rows_[row] = index;
+  textures_.push_back({.name = fmt::format("texture_{}", row),
+                       .png = core::encode_png(over_white(texture.image), kPngLevel),
                        .repeats = true});
   return index;
 }

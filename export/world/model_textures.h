@@ -1,11 +1,9 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "export/world/tile_ground.h"
@@ -28,10 +26,8 @@ class ModelTextures {
  public:
   explicit ModelTextures(const world::TileStore& store) : store_(store) {}
 
-  /// The picture of a finish of Material::Textured: the world's texture, over the finish's colour where it is
-  /// transparent; -1 of other finishes. What is opaque hides that colour and is one picture for all. Of others each
-  /// colour has its own: a factor of a material (glTF's baseColorFactor, OBJ's Kd) multiplies all pixels alike, and alpha
-  /// of a picture lets through what is behind the surface, not a colour of the surface's own.
+  /// The picture of a finish of Material::Textured: the world's texture, white where it is transparent; -1 of other
+  /// finishes. A finish's colour multiplies it, as a factor of a material does (glTF's baseColorFactor, OBJ's Kd).
   /// throws   Input, Io: as TileStore::load_texture
   int of(const world::Finish& finish);
   /// A picture of a tile's ground, made now.
@@ -42,9 +38,7 @@ class ModelTextures {
  private:
   const world::TileStore& store_;
   std::vector<ModelTexture> textures_;
-  // By the world's textures, and by these and colours.
-  std::map<std::uint16_t, int> opaque_;
-  std::map<std::pair<std::uint16_t, std::array<std::uint8_t, 3>>, int> over_color_;
+  std::map<std::uint16_t, int> rows_;  ///< by the world's textures
 };
 
 }  // namespace terracast::world_export

@@ -138,7 +138,10 @@ class GroundParts {
       const TileId& id = ground_.tile().id;
       std::string name(cover_name(cover));
       if (texture_ >= 0) name += fmt::format("_{}_{}_{}", id.level, id.x, id.y);
-      found->second = &part_of(parts_, name, ground_color_srgb(cover), texture_);
+      // The picture has the ground's colours.
+      constexpr std::array<std::uint8_t, 3> kWhite = {255, 255, 255};
+      found->second =
+          &part_of(parts_, name, texture_ >= 0 ? kWhite : ground_color_srgb(cover), texture_);
     }
     return *found->second;
   }

@@ -24,7 +24,7 @@ inline constexpr std::size_t kMostTriangles = 40'000'000;
 /// Triangles of one look.
 struct Part {
   std::string name;  ///< class, and material where several share the class
-  std::array<std::uint8_t, 3> color_srgb = {128, 128, 128};
+  std::array<std::uint8_t, 3> color_srgb = {128, 128, 128};  ///< multiplies the texture
   int texture = -1;                       ///< of WorldModel::textures; -1: the colour alone
   std::vector<Eigen::Vector3d> vertices;  ///< m, in the frame asked for
   std::vector<Eigen::Vector2f> uv;  ///< of each vertex, (0, 0) lower left; none without a texture

@@ -87,10 +87,10 @@ Color textured_albedo(const TextureLibrary& textures, const world::Finish& finis
   const float share = level - static_cast<float>(finer);
   Texel seen = bilinear(levels[finer], u, v);
   if (share > 0.0f) seen = seen * (1.0f - share) + bilinear(levels[finer + 1], u, v) * share;
-  const Color behind(core::linear_from_srgb8(finish.color_srgb[0]),
-                     core::linear_from_srgb8(finish.color_srgb[1]),
-                     core::linear_from_srgb8(finish.color_srgb[2]));
-  return seen.head<3>() + (1.0f - seen[3]) * behind;
+  const Color tint(core::linear_from_srgb8(finish.color_srgb[0]),
+                   core::linear_from_srgb8(finish.color_srgb[1]),
+                   core::linear_from_srgb8(finish.color_srgb[2]));
+  return (seen.head<3>() + (1.0f - seen[3])) * tint;
 }
 
 }  // namespace terracast::scene

@@ -29,8 +29,8 @@ class TextureLibrary {
   std::vector<std::vector<core::Image8>> textures_;
 };
 
-/// Linear albedo of a surface of Material::Textured: its texture's colour, over the finish's where the
-/// texture is transparent. Bilinear in the two levels whose pixels are next to the footprint, linear
+/// Linear albedo of a surface of Material::Textured: its texture's colour, white where the texture is transparent, times
+/// the finish's. Bilinear in the two levels whose pixels are next to the footprint, linear
 /// between them; the texture repeats.
 /// footprint_uv   width of an image sample in lengths of the texture; 0: the finest level
 /// throws         Input: a texture that the world lacks

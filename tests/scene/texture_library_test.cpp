@@ -53,6 +53,10 @@ world::Finish finish_of(std::uint16_t texture) {
   finish.color_srgb = {10, 200, 90};
   return finish;
 }
+/// What its finish does to a texture's linear colour.
+double tint(int channel) {
+  return linear_of(finish_of(0).color_srgb[static_cast<std::size_t>(channel)]);
+}
 
 TEST(Srgb, EachCodeIsTheNearestOfItsLinearValueAndOfAllBetween) {
   for (int code = 0; code < 256; ++code) {
@@ -103,12 +107,13 @@ TEST(TexturedAlbedo, IsThePixelAtItsCentreAndRepeats) {
         const Eigen::Vector2f uv((x + 0.5f) / 8.0f + whole, 1.0f - (y + 0.5f) / 5.0f - whole);
         const Color seen = textured_albedo(library, finish_of(1), uv, 0.0f);
         // 17 lengths away a float of uv is spaced 2e-6: 1e-5 of a pixel.
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen[k], linear_of(image(x, y, k)), 3e-5);
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen[k], tint(k) * linear_of(image(x, y, k)), 3e-5);
       }
   // Halfway between the last column and the first.
   const Color border = textured_albedo(library, finish_of(1), {0.0f, 1.0f - 0.5f / 5.0f}, 0.0f);
   for (int k = 0; k < 3; ++k)
-    EXPECT_NEAR(border[k], 0.5 * (linear_of(image(0, 0, k)) + linear_of(image(7, 0, k))), 1e-5);
+    EXPECT_NEAR(border[k], 0.5 * tint(k) * (linear_of(image(0, 0, k)) + linear_of(image(7, 0, k))),
+                1e-5);
 }
 
 TEST(TexturedAlbedo, OfAFootprintAsWideAsTheTextureIsItsMean) {
@@ -118,7 +123,7 @@ TEST(TexturedAlbedo, OfAFootprintAsWideAsTheTextureIsItsMean) {
                                 std::numeric_limits<float>::quiet_NaN()}) {
     const Color seen = textured_albedo(library, finish_of(0), {0.3f, 0.8f}, footprint);
     // The single pixel of the last level, which is rounded to a code.
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen[k], mean_of(image, k), 0.005);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen[k], tint(k) * mean_of(image, k), 0.005);
   }
   // From level to level nothing jumps.
   Color before = textured_albedo(library, finish_of(0), {0.37f, 0.81f}, 0.9f / 64.0f);
@@ -129,7 +134,7 @@ TEST(TexturedAlbedo, OfAFootprintAsWideAsTheTextureIsItsMean) {
   }
 }
 
-TEST(TexturedAlbedo, ShowsTheFinishWhereTheTextureIsTransparent) {
+TEST(TexturedAlbedo, IsTheFinishsTimesTheTextureWhichIsWhiteWhereItIsTransparent) {
   core::Image8 image(2, 1, 4);
   const std::uint8_t codes[8] = {250, 10, 30, 255, 77, 88, 99, 0};
   std::copy(std::begin(codes), std::end(codes), image.data().begin());
@@ -137,12 +142,12 @@ TEST(TexturedAlbedo, ShowsTheFinishWhereTheTextureIsTransparent) {
   const world::Finish finish = finish_of(0);
   for (int k = 0; k < 3; ++k) {
     const auto at = static_cast<std::size_t>(k);
-    EXPECT_NEAR(textured_albedo(library, finish, {0.25f, 0.5f}, 0.0f)[k], linear_of(codes[at]),
-                1e-6);
+    EXPECT_NEAR(textured_albedo(library, finish, {0.25f, 0.5f}, 0.0f)[k],
+                tint(k) * linear_of(codes[at]), 1e-6);
     EXPECT_NEAR(textured_albedo(library, finish, {0.75f, 0.5f}, 0.0f)[k],
                 linear_of(finish.color_srgb[at]), 1e-6);
     EXPECT_NEAR(textured_albedo(library, finish, {0.75f, 0.5f}, 2.0f)[k],
-                0.5 * (linear_of(codes[at]) + linear_of(finish.color_srgb[at])), 0.005);
+                0.5 * tint(k) * (linear_of(codes[at]) + 1.0), 0.005);
   }
 }
 

@@ -54,12 +54,12 @@ inline world::Shape textured_square() {
   shape.triangles = {{{0, 1, 2}, 0}, {{0, 2, 3}, 0}};
   shape.finishes = {{.material = world::Material::Textured,
                      .semantic_class = core::SemanticClass::Object,
-                     .color_srgb = {0, 0, 255},
+                     .color_srgb = {188, 255, 137},
                      .pattern = 0}};
   return shape;
 }
 
-/// Rows from the top: red, green; yellow, and nothing, behind which is the finish.
+/// Rows from the top: red, green; yellow, and nothing, which is white.
 inline core::Image8 texture_image() {
   core::Image8 image(2, 2, 4, 255);
   const std::uint8_t codes[4][4] = {

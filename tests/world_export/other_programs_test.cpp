@@ -138,9 +138,9 @@ TEST_F(OtherPrograms, SeeModelsTextures) {
     for (const double y : {2.4, 7.7}) {
       places_en.push_back(place_en(kSquareX + x, kSquareY + y, 450.0, region.center()));
       const bool is_left = x < 2.5 || (x > 5.0 && x < 7.5);
-      // Where the texture is transparent the finish is seen.
+      // Where the texture is transparent it is white.
       expected.push_back(y > 5.0 ? (is_left ? Code{200, 10, 10} : Code{10, 200, 10})
-                                 : (is_left ? Code{200, 200, 10} : Code{0, 0, 255}));
+                                 : (is_left ? Code{200, 200, 10} : Code{255, 255, 255}));
     }
   const Json told = read_models({{folder_ / "a.glb", places_en}, {folder_ / "a.obj", places_en}});
   for (const std::size_t file : {0, 1})
@@ -150,6 +150,12 @@ TEST_F(OtherPrograms, SeeModelsTextures) {
       EXPECT_NEAR(seen.at("up").number(), told.at(file).at("highest").numbers()[2], 1e-2);
       EXPECT_TRUE(seen.at("repeats").boolean());
       expect_near(code_at(seen), expected[i], 0);
+      // The finish's colour multiplies the picture. three.js reads Kd as sRGB, glTF's factor as linear light.
+      if (file != 0) continue;
+      const std::vector<double> factor = seen.at("color").numbers();
+      const Code tint = textured_square().finishes[0].color_srgb;
+      for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(factor[k], static_cast<double>(core::linear_from_srgb8(tint[k])), 1e-6);
     }
 }
 

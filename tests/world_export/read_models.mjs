@@ -80,6 +80,7 @@ function look(root, file, places) {
       mesh: hit.object.name,
       up: enu(hit.point, isUpY)[2],
       picture: pictureOf(map),
+      color: material.color.toArray(),
       repeats: map ? map.wrapS === THREE.RepeatWrapping : false,
       uv: hit.uv ? [hit.uv.x, v] : [0, 0]
     };

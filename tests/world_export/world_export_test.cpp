@@ -555,8 +555,8 @@ TEST_F(WorldExport, SaysWhatCannotBeWritten) {
   EXPECT_EQ(read.east_deg, 1.54);
 }
 
-/// What is opaque is one picture, whatever its finishes' colours (until 2026-11 one for each).
-TEST_F(WorldExport, TexturesAreOnePictureUnlessTheirFinishsColourIsSeen) {
+/// Its finishes' colours multiply it (until 2026-11 each had a picture of its own).
+TEST_F(WorldExport, TexturesAreOnePictureWhateverTheirFinishesColours) {
   world::WorldManifest manifest = store_->manifest();
   core::Image8 opaque(3, 2, 3);
   core::Image8 opaque_with_alpha(3, 2, 4, 255);
@@ -582,26 +582,20 @@ TEST_F(WorldExport, TexturesAreOnePictureUnlessTheirFinishsColourIsSeen) {
   test::expect_error(core::ErrorKind::Input, {"texture 3", "the world has 3"},
                      [&] { textures.of({.material = world::Material::Textured, .pattern = 3}); });
   const std::vector<ModelTexture> pictures = textures.take();
-  ASSERT_EQ(pictures.size(), 4U);
-  EXPECT_NE(rows[0][0], rows[0][1]) << "whose finish is seen where it is transparent";
+  ASSERT_EQ(pictures.size(), 3U);
   std::set<std::string> names;
   for (const ModelTexture& picture : pictures) names.insert(picture.name);
-  EXPECT_EQ(names.size(), 4U);
+  EXPECT_EQ(names.size(), 3U);
   const auto image_of = [&](int row) {
     return std::get<core::Image8>(
         core::decode_png(pictures.at(static_cast<std::size_t>(row)).png, "picture"));
   };
-  for (const std::size_t texture : {1, 2}) {
-    EXPECT_EQ(rows[texture][0], rows[texture][1]);
-    EXPECT_TRUE(image_of(rows[texture][0]) == opaque);
-  }
-  for (const std::size_t color : {0, 1}) {
-    const core::Image8 image = image_of(rows[0][color]);
-    for (int k = 0; k < 4; ++k)
-      for (int c = 0; c < 3; ++c)
-        EXPECT_EQ(image(k % 2, k / 2, c), k == 3 ? colors[color][static_cast<std::size_t>(c)]
-                                                 : texture_image()(k % 2, k / 2, c));
-  }
+  for (const std::size_t texture : {0, 1, 2}) EXPECT_EQ(rows[texture][0], rows[texture][1]);
+  for (const std::size_t texture : {1, 2}) EXPECT_TRUE(image_of(rows[texture][0]) == opaque);
+  const core::Image8 image = image_of(rows[0][0]);
+  for (int k = 0; k < 4; ++k)
+    for (int c = 0; c < 3; ++c)
+      EXPECT_EQ(image(k % 2, k / 2, c), k == 3 ? 255 : texture_image()(k % 2, k / 2, c));
 }
 
 }  // namespace
