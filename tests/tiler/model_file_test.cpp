@@ -539,6 +539,10 @@ TEST(Models, ThatAreOpenMeshesAreToldOfAndNotWrong) {
       tiler::run_tile_stage(*prepare(options), {}, folder / "world", context);
   const world_check::WorldFaults faults = world_check::check_world(store, context);
   EXPECT_TRUE(faults.is_right()) << world_check::table_of(faults, store.manifest());
+  // What the files say is in the manifest: five faces.
+  const auto& entries = store.manifest().layers.at(0).ledger.entries();
+  ASSERT_EQ(entries.count("OBJ f"), 1U);
+  EXPECT_EQ(entries.at("OBJ f").num_used, 5);
   ASSERT_EQ(store.manifest().prototypes.size(), 3U);
   for (const world::PrototypeInfo& prototype : store.manifest().prototypes)
     EXPECT_EQ(prototype.is_model, prototype.name == "card" || prototype.name == "wedge")

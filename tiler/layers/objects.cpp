@@ -44,6 +44,7 @@ class ObjectsLayer final : public Layer {
       models.push_back(read_model(options, texture_bytes_left));
       kinds.push_back({.footprint_m = models.back().footprint_m});
       hashes_ += " " + models.back().content_hash;
+      ledger_.merge(models.back().ledger);
       for (const auto& [name, count] : models.back().counts)
         counts_.emplace_back(fmt::format("{} {}", options.name, name), count);
     }

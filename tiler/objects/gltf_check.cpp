@@ -1,14 +1,12 @@
 #include "tiler/objects/gltf_check.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
-#include <set>
 #include <vector>
 
 #include "core/error.h"
-#include "core/json.h"
+#include "tiler/objects/model_gltf_names.h"
 
 namespace terracast::tiler {
 namespace {
@@ -36,11 +34,7 @@ std::int64_t whole(const Json& object, const char* member, std::int64_t otherwis
   return value;
 }
 
-const Json& list(const Json& root, const char* member) {
-  static const Json empty = Json::array();
-  if (!root.has(member)) return empty;
-  return root.at(member);
-}
+const Json& list(const Json& root, const char* member) { return gltf_list(root, member); }
 
 std::size_t index_of(const Json& object, const char* member, std::size_t size,
                      const std::string& where) {
@@ -81,8 +75,9 @@ std::int64_t data_bytes(const std::string& uri) {
   return static_cast<std::int64_t>((uri.size() - comma - 1) / 4 * 3);
 }
 
-void check_buffers(const Json& root, std::int64_t binary_bytes, const std::filesystem::path& folder,
-                   const std::string& name, std::vector<std::int64_t>& sizes) {
+void check_buffers(const Json& root, std::int64_t binary_bytes, const ModelFolder& folder,
+                   std::vector<std::int64_t>& sizes) {
+  const std::string& name = folder.name();
   const Json& buffers = list(root, "buffers");
   std::int64_t total = 0;
   for (std::size_t i = 0; i < buffers.size(); ++i) {
@@ -92,15 +87,20 @@ void check_buffers(const Json& root, std::int64_t binary_bytes, const std::files
     total += size;
     if (total > kMostBytes)
       fail(ErrorKind::Input, "{}: its buffers hold more than {} bytes", name, kMostBytes);
-    std::int64_t there = binary_bytes;
+    std::int64_t there = i == 0 ? binary_bytes : 0;
     std::string source = "the file's binary part";
+    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+      if (!buffer.has("uri") && buffer.has("extensions") && buffer.at("extensions").has(extension))
+        fail(ErrorKind::Input,
+             "{}: it is compressed by {}, which is not read; export the model without it", where,
+             extension);
     if (buffer.has("uri")) {
       const std::string& uri = buffer.at("uri").string();
       if (uri.rfind("data:", 0) == 0) {
         there = data_bytes(uri);
         source = "its data URI";
       } else {
-        const std::filesystem::path file = path_in_folder(uri, folder, where);
+        const std::filesystem::path file = folder.path_of_uri(uri, where);
         std::error_code error;
         const std::uintmax_t bytes = std::filesystem::file_size(file, error);
         if (error) fail(ErrorKind::Input, "{}: {} is missing", where, uri);
@@ -114,6 +114,27 @@ void check_buffers(const Json& root, std::int64_t binary_bytes, const std::files
            there);
     sizes.push_back(size);
   }
+}
+
+/// So many elements of so many bytes, one behind the other, lie in a view.
+void check_row(const Json& row, std::int64_t count, std::int64_t element,
+               const std::vector<std::int64_t>& views, const std::string& where) {
+  const std::size_t view = index_of(row, "bufferView", views.size(), where);
+  const std::int64_t offset = whole(row, "byteOffset", 0, kMostBytes, where);
+  if (offset + element * count > views[view])
+    fail(ErrorKind::Input, "{}: {} elements end at byte {} of a bufferView of {}", where, count,
+         offset + element * count, views[view]);
+}
+
+void check_sparse(const Json& accessor, std::int64_t count, std::int64_t element,
+                  const std::vector<std::int64_t>& views, const std::string& where) {
+  const Json& sparse = accessor.at("sparse");
+  const std::string own = where + ".sparse";
+  const std::int64_t num = whole(sparse, "count", 0, count, own);
+  const Json& indices = sparse.at("indices");
+  check_row(indices, num, component_bytes(indices.at("componentType").integer(), own), views,
+            own + ".indices");
+  check_row(sparse.at("values"), num, element, views, own + ".values");
 }
 
 void check_views(const Json& root, const std::vector<std::int64_t>& buffers,
@@ -139,13 +160,8 @@ void check_views(const Json& root, const std::vector<std::int64_t>& buffers,
     const std::int64_t count = whole(accessor, "count", 0, kMostCount, where);
     const std::int64_t element = component_bytes(accessor.at("componentType").integer(), where) *
                                  num_components(accessor.at("type").string(), where);
-    if (accessor.has("sparse"))
-      fail(ErrorKind::Input, "{}: sparse accessors are not read; export the model without them",
-           where);
-    if (!accessor.has("bufferView")) {
-      if (count > 0) fail(ErrorKind::Input, "{}: it has no bufferView", where);
-      continue;
-    }
+    if (accessor.has("sparse")) check_sparse(accessor, count, element, sizes, where);
+    if (!accessor.has("bufferView")) continue;  // all zero
     const std::size_t view = index_of(accessor, "bufferView", sizes.size(), where);
     const std::int64_t offset = whole(accessor, "byteOffset", 0, kMostBytes, where);
     const std::int64_t stride = strides[view] != 0 ? strides[view] : element;
@@ -215,48 +231,47 @@ void check_nodes(const Json& root, const std::string& name) {
   if (root.has("scene")) index_of(root, "scene", scenes.size(), name);
 }
 
-/// %20 and the like.
-std::string unescaped(const std::string& uri) {
-  std::string text;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto is_hex = [&](std::size_t at) {
-      return at < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[at])) != 0;
-    };
-    if (uri[i] == '%' && is_hex(i + 1) && is_hex(i + 2)) {
-      text.push_back(static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16)));
-      i += 2;
-    } else {
-      text.push_back(uri[i]);
-    }
+bool is_binary_part(std::span<const std::byte> bytes, std::size_t at) {
+  return at + 8 <= bytes.size() && word(bytes, at + 4) == 0x004e4942;
+}
+
+void check_skins(const Json& root, const std::string& name) {
+  const Json& skins = list(root, "skins");
+  const Json& nodes = list(root, "nodes");
+  for (std::size_t i = 0; i < skins.size(); ++i) {
+    const std::string where = fmt::format("{}: skin {}", name, i);
+    const Json& joints = list(skins.at(i), "joints");
+    for (std::size_t k = 0; k < joints.size(); ++k)
+      if (const std::int64_t joint = joints.at(k).integer();
+          joint < 0 || static_cast<std::size_t>(joint) >= nodes.size())
+        fail(ErrorKind::Input, "{}: joint {}, and there are {} nodes", where, joint, nodes.size());
+    if (!skins.at(i).has("inverseBindMatrices")) continue;
+    const Json& accessors = list(root, "accessors");
+    const Json& matrices =
+        accessors.at(index_of(skins.at(i), "inverseBindMatrices", accessors.size(), where));
+    if (matrices.at("type").string() != "MAT4" || matrices.at("componentType").integer() != 5126 ||
+        static_cast<std::size_t>(matrices.at("count").integer()) < joints.size())
+      fail(ErrorKind::Input, "{}: its inverseBindMatrices are not a MAT4 of floats for each joint",
+           where);
   }
-  return text;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes.at(i).has("skin"))
+      index_of(nodes.at(i), "skin", skins.size(), fmt::format("{}: node {}", name, i));
 }
 
 }  // namespace
 
-std::filesystem::path path_in_folder(const std::string& uri, const std::filesystem::path& folder,
-                                     const std::string& name) {
-  const std::string text = unescaped(uri);
-  const std::size_t colon = text.find(':');
-  if (text.empty() || text.front() == '/' || text.find('\\') != std::string::npos ||
-      text.find('\0') != std::string::npos ||
-      (colon != std::string::npos && colon < text.find('/')))
-    fail(ErrorKind::Input,
-         "{}: \"{}\" is no path in the model's own folder; copy what it names there", name, uri);
-  std::error_code error;
-  const std::filesystem::path base = std::filesystem::weakly_canonical(folder, error);
-  const std::filesystem::path whole = std::filesystem::weakly_canonical(folder / text, error);
-  const auto [end, ignored] = std::mismatch(base.begin(), base.end(), whole.begin(), whole.end());
-  if (end != base.end())
-    fail(ErrorKind::Input, "{}: \"{}\" leads out of the model's folder; copy what it names there",
-         name, uri);
-  return whole;
+const Json& gltf_list(const Json& object, const char* member) {
+  static const Json empty = Json::array();
+  if (!object.has(member)) return empty;
+  const Json& list = object.at(member);
+  if (!list.is_array()) static_cast<void>(list.at(std::size_t{0}));  // says what it is, and where
+  return list;
 }
 
-void check_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder,
-                const std::string& name) {
+GltfFile open_gltf(std::span<const std::byte> bytes, const std::string& name) {
+  GltfFile file;
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  std::int64_t binary_bytes = 0;
   if (bytes.size() >= 4 && text.substr(0, 4) == "glTF") {
     if (bytes.size() < 20) fail(ErrorKind::Input, "{}: it ends within its header", name);
     if (word(bytes, 4) != 2)
@@ -271,37 +286,45 @@ void check_gltf(std::span<const std::byte> bytes, const std::filesystem::path& f
     if (word(bytes, 16) != 0x4e4f534a)
       fail(ErrorKind::Input, "{}: its first part is not JSON", name);
     text = text.substr(20, json_bytes);
-    const std::size_t next = 20 + (json_bytes + 3) / 4 * 4;
-    if (next + 8 <= bytes.size()) {
-      binary_bytes = word(bytes, next);
-      if (static_cast<std::size_t>(binary_bytes) > bytes.size() - next - 8)
-        fail(ErrorKind::Input, "{}: its binary part states {} bytes, and {} are there", name,
-             binary_bytes, bytes.size() - next - 8);
+    // Right behind; or, where its writer counted without the blanks that fill it up, behind these.
+    std::size_t next = 20 + json_bytes;
+    if (!is_binary_part(bytes, next)) next = 20 + (json_bytes + 3) / 4 * 4;
+    if (is_binary_part(bytes, next)) {
+      const std::size_t size = word(bytes, next);
+      if (size > bytes.size() - next - 8)
+        fail(ErrorKind::Input, "{}: its binary part states {} bytes, and {} are there", name, size,
+             bytes.size() - next - 8);
+      file.binary = bytes.subspan(next + 8, size);
     }
   }
-  const Json root = Json::parse(text, name);
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  file.root = Json::parse(text, name);
+  return file;
+}
+
+void check_gltf(const GltfFile& file, const ModelFolder& folder) {
+  const Json& root = file.root;
+  const std::string& name = folder.name();
   if (!root.is_object() || !root.has("asset") || !root.at("asset").has("version"))
     fail(ErrorKind::Input, "{}: no glTF 2: it states no version", name);
   const std::string& version = root.at("asset").at("version").string();
   if (version.rfind("2.", 0) != 0)
     fail(ErrorKind::Input, "{}: glTF {}, and only glTF 2 is read; convert it (gltf-pipeline does)",
          name, version);
-  static const std::set<std::string> kKnown = {"KHR_texture_transform", "KHR_materials_unlit",
-                                               "KHR_materials_pbrSpecularGlossiness",
-                                               "KHR_lights_punctual"};
   if (root.has("extensionsRequired"))
     for (const std::string& extension : root.at("extensionsRequired").strings())
-      if (kKnown.count(extension) == 0)
+      if (!is_gltf_extension_read(extension))
         fail(ErrorKind::Input, "{}: it requires {}, which is not read; export the model without it",
              name, extension);
   std::vector<std::int64_t> buffers;
-  check_buffers(root, binary_bytes, folder, name, buffers);
+  check_buffers(root, static_cast<std::int64_t>(file.binary.size()), folder, buffers);
   const Json& images = list(root, "images");
   for (std::size_t i = 0; i < images.size(); ++i)
     if (images.at(i).has("uri") && images.at(i).at("uri").string().rfind("data:", 0) != 0)
-      path_in_folder(images.at(i).at("uri").string(), folder, fmt::format("{}: image {}", name, i));
+      folder.path_of_uri(images.at(i).at("uri").string(), fmt::format("{}: image {}", name, i));
   check_views(root, buffers, name);
   check_nodes(root, name);
+  check_skins(root, name);
 }
 
 }  // namespace terracast::tiler

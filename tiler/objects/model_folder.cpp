@@ -1,11 +1,11 @@
 #include "tiler/objects/model_folder.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cctype>
 #include <fstream>
-#include <memory>
 
 #include "core/error.h"
+#include "core/hash.h"
 #include "core/stop.h"
 #include "tiler/objects/model_file.h"
 
@@ -15,102 +15,101 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-/// A file that ends where a stop is asked for: assimp's callbacks may not throw.
-class StoppableFile final : public Assimp::IOStream {
- public:
-  explicit StoppableFile(Assimp::IOStream* file) : file_(file) {}
+std::string with_slashes(std::string text) {
+  std::replace(text.begin(), text.end(), '\\', '/');
+  return text;
+}
 
-  std::size_t Read(void* buffer, std::size_t size, std::size_t count) override {
-    return core::stop_asked() ? 0 : file_->Read(buffer, size, count);
+std::string unescaped(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const auto is_hex = [&](std::size_t at) {
+      return at < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[at])) != 0;
+    };
+    if (uri[i] == '%' && is_hex(i + 1) && is_hex(i + 2)) {
+      text.push_back(static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16)));
+      i += 2;
+    } else {
+      text.push_back(uri[i]);
+    }
   }
-  std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
-  aiReturn Seek(std::size_t offset, aiOrigin origin) override {
-    return file_->Seek(offset, origin);
-  }
-  std::size_t Tell() const override { return file_->Tell(); }
-  std::size_t FileSize() const override { return file_->FileSize(); }
-  void Flush() override {}
-
- private:
-  std::unique_ptr<Assimp::IOStream> file_;
-};
+  return text;
+}
 
 }  // namespace
 
-std::vector<std::byte> bytes_of(const std::filesystem::path& file, const std::string& name) {
+ModelFolder::ModelFolder(const std::filesystem::path& model, std::string name)
+    : name_(std::move(name)),
+      model_(std::filesystem::absolute(model)),
+      folder_(std::filesystem::weakly_canonical(std::filesystem::absolute(model).parent_path())) {}
+
+bool ModelFolder::is_absolute(const std::string& text) {
+  const std::string path = with_slashes(text);
+  const std::size_t colon = path.find(':');  // "C:/", "file:"
+  return path.starts_with('/') || (colon != std::string::npos && colon < path.find('/'));
+}
+
+std::filesystem::path ModelFolder::path_of(const std::string& text,
+                                           const std::string& where) const {
+  const std::string path = with_slashes(text);
+  if (path.empty() || path.find('\0') != std::string::npos || is_absolute(path))
+    fail(
+        ErrorKind::Input,
+        "{}: \"{}\" is no path in the model's own folder; copy what it names beside the model, and "
+        "name it by its last name",
+        where, text);
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) fail(ErrorKind::Io, "{}: no such file", name);
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(folder_ / path, error);
+  const auto [end, ignored] =
+      std::mismatch(folder_.begin(), folder_.end(), whole.begin(), whole.end());
+  if (end != folder_.end())
+    fail(ErrorKind::Input,
+         "{}: \"{}\" leads out of the model's folder; copy what it names there, and name it so",
+         where, text);
+  return whole;
+}
+
+std::filesystem::path ModelFolder::path_of_uri(const std::string& uri,
+                                               const std::string& where) const {
+  return path_of(unescaped(uri), where);
+}
+
+std::filesystem::path ModelFolder::path_or_beside(const std::string& text,
+                                                  const std::string& where) const {
+  const std::string path = with_slashes(text);
+  if (is_absolute(path)) {
+    const std::filesystem::path beside = path_of(path.substr(path.rfind('/') + 1), where);
+    std::error_code error;
+    if (std::filesystem::is_regular_file(beside, error)) return beside;
+  }
+  return path_of(text, where);
+}
+
+std::filesystem::path ModelFolder::beside(const std::string& extension) const {
+  return path_of(model_.stem().string() + extension, name_);
+}
+
+std::vector<std::byte> ModelFolder::read(const std::filesystem::path& file,
+                                         const std::string& where) {
+  core::throw_if_stop_asked();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    fail(ErrorKind::Io, "{}: no such file", where);
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error) fail(ErrorKind::Io, "{}: cannot be read", name);
+  if (error) fail(ErrorKind::Io, "{}: cannot be read", where);
   if (size > kMostModelBytes)
-    fail(ErrorKind::Input, "{}: {} bytes, and a model has at most {}", name, size, kMostModelBytes);
+    fail(ErrorKind::Input, "{}: {} bytes, and a model has at most {}", where, size,
+         kMostModelBytes);
+  read_bytes_ += size;
+  if (read_bytes_ > kMostModelBytes)
+    fail(ErrorKind::Input, "{}: it and what it names hold more than {} bytes", name_,
+         kMostModelBytes);
   std::vector<std::byte> bytes(size);
   std::ifstream stream(file, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!stream) fail(ErrorKind::Io, "{}: cannot be read", name);
+  if (!stream) fail(ErrorKind::Io, "{}: cannot be read", where);
+  hashes_ += core::content_hash(bytes);
   return bytes;
-}
-
-bool ModelFolder::Exists(const char* file) const {
-  return is_inside(file) && Assimp::DefaultIOSystem::Exists(file);
-}
-
-Assimp::IOStream* ModelFolder::Open(const char* file, const char* mode) {
-  if (std::strchr(mode, 'w') != nullptr || std::strchr(mode, 'a') != nullptr || !is_inside(file))
-    return nullptr;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    if (obj_ != nullptr) missing_.insert(std::filesystem::path(file).lexically_normal());
-    return nullptr;
-  }
-  opened_bytes_ += std::filesystem::file_size(file, error);
-  if (opened_bytes_ > kMostModelBytes || !is_library_right(file)) return nullptr;
-  Assimp::IOStream* opened = Assimp::DefaultIOSystem::Open(file, mode);
-  return opened == nullptr ? nullptr : new StoppableFile(opened);
-}
-
-void ModelFolder::check(const std::string& model) const {
-  core::throw_if_stop_asked();
-  if (refused_) std::rethrow_exception(refused_);
-  if (!escaped_.empty())
-    fail(ErrorKind::Input, "{}: \"{}\" leads out of the model's folder; copy what it names there",
-         model, escaped_);
-  if (opened_bytes_ > kMostModelBytes)
-    fail(ErrorKind::Input, "{}: it and what it names hold more than {} bytes", model,
-         kMostModelBytes);
-}
-
-std::int64_t ModelFolder::num_missing() const {
-  // Where a library is missing assimp looks for one of the model's own name.
-  std::filesystem::path beside_it = model_;
-  beside_it.replace_extension(".mtl");
-  const auto num = static_cast<std::int64_t>(missing_.size());
-  return num > 1 && missing_.contains(beside_it.lexically_normal()) ? num - 1 : num;
-}
-
-bool ModelFolder::is_inside(const char* file) const {
-  std::error_code error;
-  const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
-  const auto [end, ignored] =
-      std::mismatch(folder_.begin(), folder_.end(), whole.begin(), whole.end());
-  if (end == folder_.end()) return true;
-  escaped_ = file;
-  return false;
-}
-
-bool ModelFolder::is_library_right(const char* file) {
-  std::error_code error;
-  if (obj_ == nullptr || std::filesystem::equivalent(file, model_, error)) return true;
-  try {
-    const std::filesystem::path path = file;
-    const std::string name =
-        std::filesystem::weakly_canonical(path).lexically_relative(folder_).generic_string();
-    obj_->look_at_library(bytes_of(path, name), name);
-    return true;
-  } catch (const core::Error&) {  // told in check()
-    refused_ = std::current_exception();
-    return false;
-  }
 }
 
 }  // namespace terracast::tiler

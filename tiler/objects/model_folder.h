@@ -1,55 +1,52 @@
 #pragma once
 
-#include <assimp/DefaultIOSystem.h>
-
-#include <assimp/IOStream.hpp>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <filesystem>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "tiler/objects/obj_check.h"
-
 namespace terracast::tiler {
 
-/// A file's bytes.
-/// name     for messages
-/// throws   Io: no such file; Input: more than a model may have
-std::vector<std::byte> bytes_of(const std::filesystem::path& file, const std::string& name);
-
-/// Lets assimp read the model's folder alone, and not more than the bound. What an OBJ names is a library of materials.
-/// Nothing is read any more when a stop is asked for.
-class ModelFolder final : public Assimp::DefaultIOSystem {
+/// The files of a model: its own, and those in its folder that it names. No others are read, and of these no more bytes
+/// than a model may have. Nothing is read any more when a stop is asked for.
+class ModelFolder {
  public:
-  /// obj   null: the model is of another kind
-  ModelFolder(std::filesystem::path model, const std::filesystem::path& folder, ObjCheck* obj)
-      : model_(std::move(model)), folder_(std::filesystem::weakly_canonical(folder)), obj_(obj) {}
+  /// name   of the model's file, for messages
+  ModelFolder(const std::filesystem::path& model, std::string name);
 
-  bool Exists(const char* file) const override;
-  Assimp::IOStream* Open(const char* file, const char* mode) override;
+  const std::string& name() const { return name_; }
 
-  /// What was wrong with what was asked for.
-  /// model    for messages
-  /// throws   Input: leads out of the folder, holds more than the bound, libraries as ObjCheck; Interrupted
-  void check(const std::string& model) const;
-  /// Libraries of materials that are not there; one of the model's own name counts where it alone is
-  /// missing, as assimp asks for it by itself.
-  std::int64_t num_missing() const;
+  /// Of Unix or Windows, or a URL.
+  static bool is_absolute(const std::string& text);
+
+  /// A path that the model's file names, in its folder. A backslash parts folders as a slash does.
+  /// where    for messages
+  /// throws   Input: absolute, a URL, or leading out of the folder
+  std::filesystem::path path_of(const std::string& text, const std::string& where) const;
+  /// The same of a URI, in which %20 stands for a blank.
+  std::filesystem::path path_of_uri(const std::string& uri, const std::string& where) const;
+  /// The same of files whose writers state where things lay on their own disk: of an absolute path the last name, where
+  /// a file of that name lies beside the model.
+  std::filesystem::path path_or_beside(const std::string& text, const std::string& where) const;
+
+  /// The file of the model's own name and another extension.
+  std::filesystem::path beside(const std::string& extension) const;
+
+  /// A file's bytes, which the model's hash holds.
+  /// where    for messages
+  /// throws   Io: no such file; Input: more than a model may have; Interrupted
+  std::vector<std::byte> read(const std::filesystem::path& file, const std::string& where);
+
+  /// Of all that was read.
+  const std::string& hashes() const { return hashes_; }
 
  private:
-  bool is_inside(const char* file) const;
-  bool is_library_right(const char* file);
-
+  std::string name_;
   std::filesystem::path model_;
   std::filesystem::path folder_;
-  ObjCheck* obj_;
-  mutable std::string escaped_;
-  std::uint64_t opened_bytes_ = 0;
-  std::set<std::filesystem::path> missing_;
-  std::exception_ptr refused_;
+  std::uint64_t read_bytes_ = 0;
+  std::string hashes_;
 };
 
 }  // namespace terracast::tiler

@@ -16,7 +16,6 @@ using core::fail;
 constexpr std::uint64_t kMostCorners = 3 * kMostModelTriangles;
 constexpr std::uint64_t kMostVertices = 3 * kMostCorners;
 
-// As assimp has them.
 constexpr std::array<bool, 256> kEndsLine = [] {
   std::array<bool, 256> ends{};
   for (const char c : {'\n', '\r', '\0', '\f'}) ends[static_cast<unsigned char>(c)] = true;
@@ -40,6 +39,12 @@ std::uint64_t num_words(std::string_view text) {
     was_blank = is_now;
   }
   return number;
+}
+
+/// A backslash in the middle parts folders.
+bool goes_on(std::string_view line) {
+  while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+  return line.ends_with('\\');
 }
 
 /// What follows the first word.
@@ -87,7 +92,7 @@ void ObjCheck::look_at_library(std::span<const std::byte> bytes, const std::stri
   each_line(bytes, line_, [&](std::string_view line) { count_material(without_blanks(line)); });
 }
 
-/// assimp takes whatever begins like `newmtl` for it; a model may name itself as a library.
+/// A model may name itself as a library.
 void ObjCheck::count_material(std::string_view statement) {
   if (statement.size() < 2 || (statement[0] != 'n' && statement[0] != 'N') || statement[1] != 'e')
     return;
@@ -104,7 +109,7 @@ void ObjCheck::take_line_of_model(std::string_view line) {
   statement_bytes_ += line.size();
   const std::string_view statement = without_blanks(line);
   if (goes_on_ && has_corners_) take_corners(num_words(statement));
-  goes_on_ = line.find('\\') != std::string_view::npos;
+  goes_on_ = goes_on(line);
   switch (statement.empty() ? '#' : statement[0]) {
     case 'v':
       if (++num_vertices_ > kMostVertices)

@@ -10,9 +10,8 @@
 
 namespace terracast::tiler {
 
-/// Holds an OBJ and its libraries of materials (.mtl) against bounds, before assimp reads them: its time goes with the
-/// square of groups and objects, and with materials times the places where they change (60 000 of each take minutes); a
-/// line that is longer than its buffer of 16 MiB writes beyond it.
+/// Holds an OBJ and its libraries of materials (.mtl) against bounds, before they are read: what time and memory they take
+/// is known from their lines.
 class ObjCheck {
  public:
   /// Lines `g` and `o`, each of which begins a part of the model; lines `mtllib` too.
