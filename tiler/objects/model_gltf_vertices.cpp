@@ -1,5 +1,6 @@
 #include "tiler/objects/model_gltf_vertices.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
