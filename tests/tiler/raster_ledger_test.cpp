@@ -1,6 +1,8 @@
 #include "tiler/raster_ledger.h"
 
+#include "tests/tiler/land_cover_worlds.h"
 #include "tests/tiler/raster_files.h"
+#include "tiler/layer_stack.h"
 #include "tiler/raster_source.h"
 
 namespace terracast::test {
@@ -112,6 +114,25 @@ TEST(RasterLedger, TablesHoldWhatIsUsed) {
     ASSERT_NE(found, nullptr) << name;
     EXPECT_TRUE(found->is_used) << name;
   }
+}
+
+TEST(RasterLedger, LandCoverTellsWhatItsRastersSayToo) {
+  const ScratchFolder folder;
+  const auto file = folder / "classes.tif";
+  RasterSpec spec = utm_spec(4096.0, 20.0);
+  spec.type = GDT_Byte;
+  spec.scale = 2.0;  // codes are not scaled
+  spec.value = [](double, double) { return 10.0; };
+  write_raster(file, spec);
+  state(file, "CLASS_EDITION", "2021");
+  tiler::WorldOptions options = world_of("plane");
+  options.layers.push_back(
+      land_cover_layer("files = [\"" + file.string() + "\"]\nlegend = \"worldcover\""));
+  const core::Ledger ledger = prepare(options)->layers().infos().at(0).ledger;
+  ASSERT_EQ(ledger.entries().count("CLASS_EDITION"), 1U) << ledger.table();
+  EXPECT_EQ(ledger.entries().at("CLASS_EDITION").num_unknown, 1);
+  EXPECT_EQ(ledger.entries().at("band scale").num_ignored, 1);
+  EXPECT_EQ(ledger.entries().at("horizontal system").num_used, 1);
 }
 
 }  // namespace
