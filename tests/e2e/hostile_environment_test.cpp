@@ -59,7 +59,6 @@ TEST(HostileEnvironment, TheProgramTilesTheSameWorldAndNamesWhatItDoesNotHeed) {
   const auto job = write_text(scratch / "job.toml", kJob);
   const auto plain = tile(job, scratch / "plain", {});
   ASSERT_EQ(plain.status, 0) << plain.output;
-  EXPECT_EQ(plain.output.find("not heeded"), std::string::npos) << plain.output;
   const auto hostile = tile(job, scratch / "hostile", hostile_variables(scratch / "home"));
   ASSERT_EQ(hostile.status, 0) << hostile.output;
   EXPECT_EQ(first_difference(scratch / "plain" / "world", scratch / "hostile" / "world"), "");
