@@ -150,8 +150,9 @@ TEST_F(BadInput, RasterWithoutVerticalDatumIsRefused) {
   expect_raster_refusal(grid_text(), kWgs84Prj, "", kUsageOrConfig, HasSubstr("vertical_datum"));
 }
 
-TEST_F(BadInput, HeightsThatAreNoNumbersAreRefused) {
-  expect_raster_refusal(grid_text(60, "nan"), kWgs84Prj, kDatum, kInput, HasSubstr("dem.asc"));
+TEST_F(BadInput, FillsThatNothingDeclaresAreRefused) {
+  expect_raster_refusal(grid_text(60, "-32768"), kWgs84Prj, kDatum, kInput,
+                        AllOf(HasSubstr("dem.asc"), HasSubstr("nodata = \"-9999, -32768\"")));
 }
 
 TEST_F(BadInput, HeightsThatCannotBeMetresAreRefused) {
