@@ -19,6 +19,7 @@
 #include "cli/plugin_command.h"
 #include "cli/reference.h"
 #include "cli/rig_command.h"
+#include "cli/sources_page.h"
 #include "cli/threads_option.h"
 #include "cli/world_check_command.h"
 #include "cli/world_export_command.h"
@@ -483,11 +484,13 @@ int parse_and_run(int argc, const char* const* argv) {
       [&] { fmt::print("{}", core::toml_text(job::load_run_config(args.config, args.sets))); });
 
   auto* docs = app.add_subcommand("docs", "Write a page of the reference.");
-  docs->add_option("PAGE", args.name, "config: the keys of configs (default); classes.")
-      ->check(CLI::IsMember({"config", "classes"}));
+  docs->add_option("PAGE", args.name, "config: the keys of configs (default); classes; sources.")
+      ->check(CLI::IsMember({"config", "classes", "sources"}));
   docs->add_option("-o,--output", args.file, "The Markdown file to write.")->required();
   docs->callback([&] {
-    core::write_file(args.file, args.name == "classes" ? classes_page() : reference_text());
+    core::write_file(args.file, args.name == "classes"   ? classes_page()
+                                : args.name == "sources" ? sources_page()
+                                                         : reference_text());
   });
 
   try {

@@ -8,6 +8,7 @@
 #include <regex>
 #include <sstream>
 
+#include "cli/sources_page.h"
 #include "core/toml_reader.h"
 #include "export/exporter.h"
 #include "geo/camera_model.h"
@@ -44,6 +45,11 @@ TEST(Reference, KeysOfAKindAreNotSaidToBeEverybodys) {
 TEST(Reference, DocumentedClassesAreThoseOfTheProgram) {
   EXPECT_EQ(text_of(kSource / "docs/classes.md"), classes_page())
       << "docs/classes.md is stale; write it again: terracast docs classes -o docs/classes.md";
+}
+
+TEST(Reference, DocumentedSourcesAreThoseOfTheProgram) {
+  EXPECT_EQ(text_of(kSource / "docs/sources.md"), sources_page())
+      << "docs/sources.md is stale; write it again: terracast docs sources -o docs/sources.md";
 }
 
 TEST(Reference, EachClassIsListedOnALine) {
