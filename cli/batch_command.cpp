@@ -212,6 +212,10 @@ void requeue(const core::Log& log) {
 }
 
 int run_run(const BatchArguments& args) {
+  // Queues leave 30 s between SIGTERM and SIGKILL. A worker gives its shard back meanwhile; who started workers outlasts
+  // them, since they end with it.
+  constexpr unsigned kWorkersGrace_s = 20, kPoolsGrace_s = 25;
+  core::set_stop_grace(args.num_jobs > 1 ? kPoolsGrace_s : kWorkersGrace_s);
   if (args.is_requeued) core::catch_stop_signal(kWarningSignal);
   const core::Log log = log_of(args);
   const core::ThreadLimit limit(args.num_threads);

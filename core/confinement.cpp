@@ -31,8 +31,8 @@ std::uint64_t address_bytes() {
   return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
-bool set_limit(int resource, std::uint64_t value) {
-  const rlimit limit{value, value};
+bool set_limit(int resource, std::uint64_t value, std::uint64_t most) {
+  const rlimit limit{value, most};
   return ::setrlimit(static_cast<__rlimit_resource>(resource), &limit) == 0;
 }
 
@@ -78,7 +78,6 @@ constexpr const char* kHarmless[] = {"read",
                                      "set_tid_address",
                                      "sched_yield",
                                      "sched_getaffinity",
-                                     "sched_setaffinity",
                                      "sched_getparam",
                                      "sched_getscheduler",
                                      "getcpu",
@@ -111,8 +110,7 @@ constexpr const char* kHarmless[] = {"read",
                                      "sysinfo",
                                      "poll",
                                      "ppoll",
-                                     "dup",
-                                     "fcntl"};
+                                     "dup"};
 
 bool filter_system_calls() {
   const std::unique_ptr<void, decltype(&seccomp_release)> filter(
@@ -134,6 +132,10 @@ bool filter_system_calls() {
   // Threads, no processes. Libraries go back to clone() where there is no clone3(), whose flags no filter sees.
   constexpr scmp_datum_t kThread = 0x00010000;  // CLONE_THREAD
   allow("clone", {SCMP_A0(SCMP_CMP_MASKED_EQ, kThread, kThread)});
+  // What has a descriptor signal other processes is none of these.
+  for (const scmp_datum_t command : {F_GETFD, F_SETFD, F_GETFL, F_DUPFD, F_DUPFD_CLOEXEC})
+    allow("fcntl", {SCMP_A1(SCMP_CMP_EQ, command)});
+  allow("sched_setaffinity", {SCMP_A0(SCMP_CMP_EQ, 0)});
   const auto own = static_cast<scmp_datum_t>(::getpid());
   allow("tgkill", {SCMP_A0(SCMP_CMP_EQ, own)});  // abort()
   allow("prctl", {SCMP_A0(SCMP_CMP_EQ, PR_SET_NAME)});
@@ -146,12 +148,16 @@ bool filter_system_calls() {
 Confinement confine_this_process(const ReadingLimits& limits) {
   Confinement done;
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  set_limit(RLIMIT_CORE, 0);
-  set_limit(RLIMIT_FSIZE, 0);  // pipes have no size
-  set_limit(RLIMIT_CPU, static_cast<std::uint64_t>(std::ceil(limits.cpu_s)));
+  set_limit(RLIMIT_CORE, 0, 0);
+  set_limit(RLIMIT_FSIZE, 0, 0);  // pipes have no size
+  // SIGXCPU first, by which it is told from what the system kills for want of memory.
+  constexpr std::uint64_t kMore_s = 5;
+  const auto cpu_s = static_cast<std::uint64_t>(std::ceil(limits.cpu_s));
+  set_limit(RLIMIT_CPU, cpu_s, cpu_s + kMore_s);
   const std::uint64_t taken = address_bytes();
   if (!kIsSanitized && taken > 0)
-    done.has_memory_limit = set_limit(RLIMIT_AS, taken + limits.memory_bytes);
+    done.has_memory_limit =
+        set_limit(RLIMIT_AS, taken + limits.memory_bytes, taken + limits.memory_bytes);
   if (!kIsSanitized) done.has_system_call_filter = filter_system_calls();
   return done;
 }

@@ -8,6 +8,8 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <limits>
@@ -16,6 +18,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/program.h"
 #include "core/stop.h"
 
@@ -28,6 +31,9 @@ namespace fs = std::filesystem;
 constexpr const char* kCommand = "--read-apart";
 constexpr int kResultDescriptor = 3;
 constexpr std::size_t kMostRequestBytes = 100000;
+
+constexpr const char* kWayOut =
+    "it is damaged, or made to do harm: have it written anew, or leave it out";
 
 /// The first byte of an answer; behind it stands the result, or an error as JSON.
 enum class Answer : std::uint8_t { Result = 'r', Error = 'e', OutOfMemory = 'm' };
@@ -78,19 +84,27 @@ class Pipe {
 };
 
 /// All that comes, up to its end; nothing where it is more than may be.
-std::optional<std::vector<std::byte>> read_to_end(int descriptor, std::uint64_t most_bytes) {
+/// throws   Input: it does not end in time
+std::optional<std::vector<std::byte>> read_to_end(int descriptor, const std::string& file,
+                                                  const ApartOptions& options) {
   constexpr int kLook_ms = 100;
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
   std::vector<std::byte> bytes;
   std::vector<std::byte> part(1 << 16);
   for (;;) {
     throw_if_stop_asked();
+    if (std::chrono::duration<double>(Clock::now() - begin).count() > options.longest_s)
+      fail(ErrorKind::Input, "{}: reading it takes more than {:g} s; {}", file, options.longest_s,
+           kWayOut);
     pollfd looked{.fd = descriptor, .events = POLLIN, .revents = 0};
     if (::poll(&looked, 1, kLook_ms) <= 0) continue;
     const ssize_t count = ::read(descriptor, part.data(), part.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail(ErrorKind::Io, "a pipe: {}", std::generic_category().message(errno));
     if (count == 0) return bytes;
-    if (bytes.size() + static_cast<std::size_t>(count) > most_bytes) return std::nullopt;
+    if (bytes.size() + static_cast<std::size_t>(count) > options.most_result_bytes)
+      return std::nullopt;
     bytes.insert(bytes.end(), part.begin(), part.begin() + count);
   }
 }
@@ -101,9 +115,6 @@ std::optional<std::vector<std::byte>> read_to_end(int descriptor, std::uint64_t 
   throw error;
 }
 
-constexpr const char* kWayOut =
-    "it is damaged, or made to do harm: have it written anew, or leave it out";
-
 /// Says why there is no answer.
 [[noreturn]] void refuse(const std::string& file, const ProgramEnd& end,
                          const ReadingLimits& limits) {
@@ -111,11 +122,19 @@ constexpr const char* kWayOut =
   if (end.kind == ProgramEnd::Kind::Exited && end.status == kNotStarted)
     fail(ErrorKind::Internal, "{}: cannot be started; it belongs beside terracast",
          own_program().string());
-  if (end.kind == ProgramEnd::Kind::Killed && (end.status == SIGXCPU || end.status == SIGKILL))
-    fail(ErrorKind::Input,
-         "{}: the process that read it was ended: it takes more than {:g} s of processor time, or "
-         "more memory than there is; {}",
-         file, limits.cpu_s, kWayOut);
+  const auto is_killed_by = [&](int signal) {
+    return end.kind == ProgramEnd::Kind::Killed && end.status == signal;
+  };
+  // A terminal and a queue ask all processes of a job alike.
+  throw_if_stop_asked();
+  if (is_killed_by(SIGXCPU))
+    fail(ErrorKind::Input, "{}: reading it takes more than {:g} s of processor time; {}", file,
+         limits.cpu_s, kWayOut);
+  if (is_killed_by(SIGKILL))
+    fail(ErrorKind::Io,
+         "{}: the system killed the process that read it, which it does where memory is short; try "
+         "again with more",
+         file);
   fail(ErrorKind::Input, "{}: the process that read it {}; {}", file, end.text(), kWayOut);
 }
 
@@ -136,10 +155,13 @@ void answer(Answer kind, const void* data, std::size_t size) {
 }
 
 void answer_error(const Error& error) {
+  // Names in files may have bytes that are no text.
+  std::vector<std::string> context;
+  for (const std::string& doing : error.context()) context.push_back(printable(doing));
   const std::string text = Json::object()
                                .set("kind", static_cast<int>(error.kind()))
-                               .set("message", error.message())
-                               .set("context", Json::array_of(error.context()))
+                               .set("message", printable(error.message()))
+                               .set("context", Json::array_of(context))
                                .text(-1);
   answer(Answer::Error, text.data(), text.size());
 }
@@ -157,8 +179,7 @@ std::vector<std::byte> read_apart(std::string_view kind, const Json& request,
        fmt::format("{:.0f}", options.limits.cpu_s)},
       {.log_file = "/dev/null", .environment = {}, .third_descriptor = pipe.write_end()});
   pipe.close_write_end();
-  std::optional<std::vector<std::byte>> bytes =
-      read_to_end(pipe.read_end(), options.most_result_bytes);
+  std::optional<std::vector<std::byte>> bytes = read_to_end(pipe.read_end(), file, options);
   if (!bytes)
     fail(ErrorKind::Input, "{}: more than {} bytes are made of it; {}", file,
          options.most_result_bytes, kWayOut);
@@ -177,6 +198,24 @@ std::vector<std::byte> read_apart(std::string_view kind, const Json& request,
                           "the answer of " + own_program().string()));
 }
 
+std::string path_for_request(const fs::path& path) {
+  std::string text;
+  for (const char c : path.native()) text += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  return text;
+}
+
+fs::path path_of_request(const std::string& text) {
+  std::string path;
+  for (std::size_t i = 0; i + 1 < text.size(); i += 2) {
+    unsigned value = 0;
+    const auto [end, error] = std::from_chars(&text[i], &text[i] + 2, value, 16);
+    if (error != std::errc() || end != &text[i] + 2)
+      fail(ErrorKind::Internal, "\"{}\" is no path of a request", text);
+    path += static_cast<char>(value);
+  }
+  return path;
+}
+
 bool is_reading_apart(int argc, char** argv) {
   return argc > 1 && std::strcmp(argv[1], kCommand) == 0;
 }
@@ -187,6 +226,10 @@ int serve_reading(std::span<const ApartReader> readers, int argc, char** argv) {
     fmt::print(stderr, "error: {} is for terracast itself\n", kCommand);
     return exit_status(ErrorKind::Usage);
   }
+  // Who started it is asked to stop, and ends it.
+  ::signal(SIGINT, SIG_IGN);
+  ::signal(SIGTERM, SIG_IGN);
+  ::close_range(kResultDescriptor + 1, ~0U, 0);
   try {
     const ReadingLimits limits{.memory_bytes = std::stoull(argv[4]), .cpu_s = std::stod(argv[5])};
     confine_this_process(limits);

@@ -24,14 +24,20 @@ struct ApartReader {
 struct ApartOptions {
   ReadingLimits limits = {};
   std::uint64_t most_result_bytes = std::uint64_t{4} << 30;
+  double longest_s = 3600.0;  ///< by the clock, which waiting counts on too
 };
+
+/// A path for a request: it may have bytes that are no text.
+std::string path_for_request(const std::filesystem::path& path);
+std::filesystem::path path_of_request(const std::string& text);
 
 /// Has a reader of the program beside this one (`terracast_program`) read a file, confined (confine_this_process()).
 /// file     for messages
 /// request  what the reader is told; at most 100 kB
 /// returns  the reader's result, which is of a file from outside still
 /// throws   what the reader throws; Input: it was ended by a signal, took more memory or time than it may, or returned more
-///          than it may; Interrupted: a stop was asked for, within 0.2 s; Internal: the program cannot be started
+///          than it may; Io: the system killed it, which it does for want of memory; Interrupted: a stop was asked for, within
+///          0.2 s; Internal: the program cannot be started
 /// cost     0.1 s for the process, whose libraries are loaded
 /// threads  safe; as RunningProgram
 std::vector<std::byte> read_apart(std::string_view kind, const Json& request,

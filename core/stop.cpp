@@ -20,7 +20,7 @@ constexpr std::array<int, 2> kStopSignals = {SIGTERM, SIGINT};
 std::atomic<int> asked_by = kNobody;
 static_assert(std::atomic<int>::is_always_lock_free);
 
-constexpr unsigned kGrace_s = 2;
+std::atomic<unsigned> grace_s = 2;
 
 /// Work that has not come to its next step is ended as by a power cut, which every file of ours survives.
 extern "C" void end_without_waiting(int number) {
@@ -40,7 +40,8 @@ extern "C" void end_without_waiting(int number) {
 extern "C" void ask_by_signal(int number) {
   int before = asked_by.load(std::memory_order_relaxed);
   const bool is_first = before != SIGTERM && before != SIGINT;
-  if (is_first && (number == SIGTERM || number == SIGINT)) ::alarm(kGrace_s);
+  if (is_first && (number == SIGTERM || number == SIGINT))
+    ::alarm(grace_s.load(std::memory_order_relaxed));
   while (before != SIGTERM && before != SIGINT &&
          !asked_by.compare_exchange_weak(before, number, std::memory_order_relaxed)) {
   }
@@ -67,6 +68,8 @@ void catch_stop_signals() {
   catch_signal(SIGTERM, 0);
   catch_signal(SIGINT, SA_RESETHAND);
 }
+
+void set_stop_grace(unsigned seconds) { grace_s.store(seconds, std::memory_order_relaxed); }
 
 void catch_stop_signal(int number) { catch_signal(number, 0); }
 

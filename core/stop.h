@@ -11,6 +11,9 @@ namespace terracast::core {
 /// SIGINT ends the process at once, as it does by default. A signal that is ignored stays so.
 void catch_stop_signals();
 
+/// How long work is waited for, in place of two seconds, by a process that has to give something back before it ends.
+void set_stop_grace(unsigned seconds);
+
 /// The same for another signal that a process is asked to take so.
 void catch_stop_signal(int number);
 

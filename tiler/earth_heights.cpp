@@ -38,13 +38,17 @@ void refuse_undeclared_fills(const RasterSource& raster, const Grid<double>& hei
   }
   if (num_fills == 0) return;
   const NoData stated = NoData::of(nodata);
+  // Heights in feet, decimetres or centimetres may be -9999 of them; who says so is believed.
+  constexpr double kDeepest_m = -11500.0;
+  const bool is_possible = fill_m > kTrench_m && fill_m > kDeepest_m && fill_m != kFill;
+  if (is_possible && !stated.takes_masks()) return;
   const bool may_be_heights = num_in_trenches >= num_fills;
   if (may_be_heights && !stated.takes_masks()) return;
   fail(ErrorKind::Input,
        "{}: {} samples are exactly {:g}, which {}, and nothing declares it here; state {} = "
        "\"{}\"{}",
        raster.path(), num_fills, kFill, customary_fill(kFill)->where, key, stated.text_with(kFill),
-       may_be_heights ? ", or \"none\" if they are heights" : "");
+       may_be_heights || is_possible ? ", or \"none\" if they are heights" : "");
 }
 
 void refuse_ground_beyond_earth(const RasterSource& raster, const ElevationOptions& entry,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "tiler/world_options.h"
@@ -79,11 +80,12 @@ void NoData::take_declared(GDALRasterBand& band) {
 }
 
 bool NoData::holds(double value, GDALDataType type) const {
+  constexpr double kLargestFloat = std::numeric_limits<float>::max();
   if (std::isnan(value)) return true;
   return std::any_of(values_.begin(), values_.end(), [&](double one) {
     // A value such as -3.4028234663852886e+38 is declared with more digits than a float holds.
-    return value == one ||
-           (type == GDT_Float32 && static_cast<float>(value) == static_cast<float>(one));
+    return value == one || (type == GDT_Float32 && std::abs(one) <= kLargestFloat &&
+                            static_cast<float>(value) == static_cast<float>(one));
   });
 }
 

@@ -33,15 +33,22 @@ class Numbers {
     numbers_.push_back(number);
   }
   bool holds(std::int64_t number) {
-    // Files have them sorted, but for those of editors.
-    if (!is_sorted_) std::sort(numbers_.begin(), numbers_.end());
+    // Files have them sorted, but for those of editors. Where some were added since, in any order, each sorting has to
+    // have been worth it.
+    if (!is_sorted_) {
+      ++num_sorted_;
+      std::sort(numbers_.begin(), numbers_.end());
+    }
     is_sorted_ = true;
     return std::binary_search(numbers_.begin(), numbers_.end(), number);
   }
+  /// Whether more time goes into sorting than into reading.
+  bool is_in_no_order() const { return num_sorted_ > 1000; }
 
  private:
   std::vector<std::int64_t> numbers_;
   bool is_sorted_ = true;
+  int num_sorted_ = 0;
 };
 
 /// Counts elements that come in their order: nodes before ways, ways before relations.
@@ -56,6 +63,10 @@ class Counter {
     ++census.num_ways;
     note(id);
     ways_.add(id);
+    if (nodes_.is_in_no_order()) {
+      census.is_whole = false;
+      return;
+    }
     const auto num_there = std::count_if(nodes.begin(), nodes.end(),
                                          [&](std::int64_t node) { return nodes_.holds(node); });
     if (num_there < 2)
@@ -66,6 +77,10 @@ class Counter {
   void add_area(std::int64_t id, const std::vector<std::int64_t>& ways) {
     ++census.num_areas;
     note(id);
+    if (ways_.is_in_no_order()) {
+      census.is_whole = false;
+      return;
+    }
     const bool is_whole =
         std::all_of(ways.begin(), ways.end(), [&](std::int64_t way) { return ways_.holds(way); });
     census.num_areas_cut += is_whole ? 0 : 1;
@@ -409,6 +424,9 @@ std::optional<std::string> unpacked(std::string_view blob) {
 }
 
 OsmCensus count_binary(VSILFILE* file) {
+  VSIFSeekL(file, 0, SEEK_END);
+  const auto file_bytes = static_cast<std::int64_t>(VSIFTellL(file));
+  VSIFSeekL(file, 0, SEEK_SET);
   BinaryCounter counter;
   std::string bytes;
   const auto broken = [&] {
@@ -432,6 +450,9 @@ OsmCensus count_binary(VSILFILE* file) {
     if (!content) return broken();
     if (kind == "OSMHeader") counter.take_header(*content);
     if (kind == "OSMData" && !counter.take_block(*content)) return broken();
+    // An element that is worth its name takes more than a byte, however well it is packed.
+    const OsmCensus& census = counter.counter.census;
+    if (census.num_nodes + census.num_ways > file_bytes) return broken();
   }
   return std::move(counter.counter.census);
 }

@@ -44,7 +44,8 @@ Datum datum_of(const HeightClaims& claims) {
   };
   if (name.empty() || name == "unknown" || name == "unnamed" || name == "undefined")
     return Datum::Unsaid;
-  if (has({"ellipsoid"})) return Datum::Ellipsoid;
+  if (has({"ellipsoid", "esri115700"}) || name == "wgs1984" || name == "wgs84")
+    return Datum::Ellipsoid;
   if (has({"egm96", "egm1996", "epsg5773"}) || name == "e96") return Datum::Egm96;
   if (has({"egm2008", "egm08", "epsg3855"}) || name == "e08") return Datum::Egm2008;
   // Some sea level or geoid, without saying which: EPSG:5714 and DTED's MSL.

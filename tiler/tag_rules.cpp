@@ -15,6 +15,9 @@ std::optional<Amount> amount_of(const TagRule& rule, std::string_view value) {
                                                                        : count_from_tag(value);
   if (!amount || rule.value == TagValue::Level) return amount;
   const bool may_be_none = rule.value == TagValue::LengthOrNone || rule.value == TagValue::Count;
+  // A circuit that is not used has 0 volts.
+  if (rule.value == TagValue::Volts)
+    return amount->highest > 0.0 && amount->lowest >= 0.0 ? amount : std::nullopt;
   const bool is_one = amount->lowest > 0.0 || (may_be_none && amount->lowest == 0.0);
   return is_one ? amount : std::nullopt;
 }

@@ -375,6 +375,7 @@ std::optional<double> speed_kmph_from_tag(std::string_view text) {
 }
 
 std::optional<double> slope_deg_from_tag(std::string_view text) {
+  if (text.size() > kMostBytes) return std::nullopt;
   const std::string plain = plain_text(text);
   std::optional<Amount> amount;
   if (plain.ends_with('%')) {

@@ -2,8 +2,12 @@
 
 #include <cpl_conv.h>
 #include <cpl_minixml.h>
+#include <cpl_vsi.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +33,13 @@ void read_rows(GDALDataset& dataset, const std::string& written) {
   band.GetBlockSize(&block_width, &block_height);
   const int width = dataset.GetRasterXSize();
   const int num_rows = dataset.GetRasterYSize();
+  // Each sample takes a digit and what parts it from the next.
+  VSIStatBufL stat;
+  if (VSIStatL(dataset.GetDescription(), &stat) == 0 &&
+      static_cast<std::uint64_t>(width) > static_cast<std::uint64_t>(stat.st_size))
+    core::fail(core::ErrorKind::Input,
+               "{}: its head states {} samples a row, which its {} bytes cannot hold", written,
+               width, stat.st_size);
   // Surfer's begin in the south.
   const bool is_upwards = std::string_view(dataset.GetDriver()->GetDescription()) == "GSAG";
   std::vector<double> row(static_cast<std::size_t>(width));
@@ -61,8 +72,10 @@ void find_named(const CPLXMLNode* node, const std::string& folder,
   }
 }
 
-void read_named_by(const std::string& vrt, const std::string& written, int depth) {
-  constexpr int kDeepest = 16;  // of VRTs in VRTs; GDAL refuses one that names itself
+/// seen  what was looked at already: a VRT may name itself, or another many times
+void read_named_by(const std::string& vrt, const std::string& written, int depth,
+                   std::set<std::string>& seen) {
+  constexpr int kDeepest = 16;  // of VRTs in VRTs
   if (depth == kDeepest) return;
   std::vector<std::string> names;
   {
@@ -71,9 +84,11 @@ void read_named_by(const std::string& vrt, const std::string& written, int depth
     find_named(document.get(), CPLGetPath(vrt.c_str()), names);
   }
   for (const std::string& name : names) {
+    core::throw_if_stop_asked();
+    if (!seen.insert(name).second) continue;
     const std::string named = written + ": " + name;
     if (name.ends_with(".vrt")) {
-      read_named_by(name, named, depth + 1);
+      read_named_by(name, named, depth + 1, seen);
       continue;
     }
     GdalDatasetPtr grid;
@@ -94,7 +109,9 @@ void read_text_grid_in_order(GDALDataset& dataset, const std::string& written) {
   if (is_text_grid(format)) return read_rows(dataset, written);
   // One whose name is its own text is of terrain tiles, which are pictures.
   const std::string name = dataset.GetDescription();
-  if (format == "VRT" && !name.starts_with('<')) read_named_by(name, written, 0);
+  if (format != "VRT" || name.starts_with('<')) return;
+  std::set<std::string> seen{name};
+  read_named_by(name, written, 0, seen);
 }
 
 }  // namespace terracast::tiler

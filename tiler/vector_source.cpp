@@ -370,6 +370,9 @@ VectorData VectorReader::read() {
   std::optional<AnyOsmNumbers> any_numbers;
   if (is_osm) {
     census_ = count_osm(gdal_path(file_));
+    if (!census_.is_whole)
+      data_.warnings.push_back(
+          "its elements could not be counted to their end: what is left out of it is told in part");
     if (census_.has_places_in_ways && census_.num_ways_without_nodes + census_.num_ways_cut > 0)
       fail(ErrorKind::Input,
            "{}: {} of its {} ways hold their places themselves, and the file lacks their nodes "

@@ -40,6 +40,7 @@ class RecordReader {
       const std::size_t stop = std::min(line.find(separator_, begin), line.size());
       fields.emplace_back(trimmed(line.substr(begin, stop - begin)));
       begin = stop + 1;
+      refuse_if_too_many(fields, line_);
     }
     at_ = std::min(end + 1, text_.size());
     ++line_;
@@ -65,6 +66,7 @@ class RecordReader {
         is_quoted = true;
       } else if (c == separator_) {
         fields.emplace_back();
+        refuse_if_too_many(fields, first_line);
       } else if (c == '\n') {
         break;
       } else if (c != '\r' || (at_ < text_.size() && text_[at_] != '\n')) {
@@ -78,6 +80,12 @@ class RecordReader {
   }
 
  private:
+  void refuse_if_too_many(const std::vector<std::string>& fields, std::size_t line) const {
+    constexpr std::size_t kMostFields = 10000;
+    if (fields.size() > kMostFields)
+      fail(ErrorKind::Input, "{}, line {}: more than {} fields", file_.string(), line, kMostFields);
+  }
+
   std::string_view text_;
   char separator_;
   const std::filesystem::path& file_;
@@ -222,12 +230,18 @@ bool CsvTable::is_empty(std::size_t row, std::size_t column) const {
 std::optional<double> CsvTable::number(std::size_t row, std::size_t column) const {
   if (is_empty(row, column)) return std::nullopt;
   const std::string_view text = trimmed(cell(row, column));
-  if (style_.decimal_sign == ',') {
+  if (style_.decimal_sign == ',' && text.find('.') == std::string_view::npos) {
     std::string with_point(text);
     std::replace(with_point.begin(), with_point.end(), ',', '.');
     if (const auto value = number_of(with_point)) return value;
-  } else if (const auto value = number_of(text)) {
-    return value;
+  } else if (style_.decimal_sign != ',') {
+    if (const auto value = number_of(text)) return value;
+  } else {
+    fail(ErrorKind::Input,
+         "{}: {} = \"{}\" has a point, where decimal_sign = \",\"; a point there may part "
+         "thousands: "
+         "write the number without it",
+         where(row), names_[column], text.substr(0, 80));
   }
   const char* way_out =
       is_number_with_comma(text) ? "decimal_sign = \",\"" : "angle_unit = \"dms\"";

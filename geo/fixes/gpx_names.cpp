@@ -96,6 +96,17 @@ std::string_view prefix_of(std::string_view qualified) {
   return colon == std::string_view::npos ? std::string_view{} : qualified.substr(0, colon);
 }
 
+/// The value of an attribute; nullptr: the element has none of that name among its first thousand, more than which no
+/// program writes and every look would take its time.
+const char* find_attribute(const pugi::xml_node& element, const std::string& name) {
+  int left = 1000;
+  for (const pugi::xml_attribute& attribute : element.attributes()) {
+    if (name == attribute.name()) return attribute.value();
+    if (--left == 0) break;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::span<const core::KnownName> known_gpx_names() {
@@ -115,10 +126,10 @@ std::string namespace_of(const pugi::xml_node& element) {
   constexpr int kMostLevels = 32;
   pugi::xml_node at = element;
   for (int level = 0; at && level < kMostLevels; ++level, at = at.parent())
-    if (const pugi::xml_attribute declared = at.attribute(wanted.c_str())) return declared.value();
+    if (const char* declared = find_attribute(at, wanted)) return declared;
   if (at)
-    if (const pugi::xml_attribute declared = element.root().first_child().attribute(wanted.c_str()))
-      return declared.value();
+    if (const char* declared = find_attribute(element.root().first_child(), wanted))
+      return declared;
   return prefix.empty() ? "" : fmt::format("{}:", prefix);
 }
 

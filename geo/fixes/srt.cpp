@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/error.h"
+#include "core/stop.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/srt_fields.h"
 #include "geo/fixes/text.h"
@@ -16,6 +17,8 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
+
+constexpr std::size_t kLongestLine_bytes = 65536;
 
 /// A subtitle: its lines between two blank ones, and the line where it begins.
 struct Cue {
@@ -30,7 +33,8 @@ bool is_whole_number(std::string_view line) {
   return trimmed(line).find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-std::vector<Cue> cues_of(std::string_view text) {
+std::vector<Cue> cues_of(std::string_view text, const std::string& file) {
+  constexpr std::size_t kMostLines = 1000;  // of a subtitle, which has ten
   std::vector<Cue> cues;
   bool is_open = false;
   std::size_t number = 0;
@@ -51,6 +55,13 @@ std::vector<Cue> cues_of(std::string_view text) {
     if (!is_open) cues.push_back({number, {}});
     is_open = true;
     cues.back().lines.push_back(line);
+    if (cues.size() > kMostFixes)
+      fail(ErrorKind::Input, "{}: more than {} subtitles; cut the file into parts", file,
+           kMostFixes);
+    if (cues.back().lines.size() > kMostLines || line.size() > kLongestLine_bytes)
+      fail(ErrorKind::Input,
+           "{}, line {}: a subtitle of more than {} lines, or a line of more than {} bytes", file,
+           number, kMostLines, kLongestLine_bytes);
   }
   return cues;
 }
@@ -145,10 +156,8 @@ class SrtReading {
 
   FixTable read() {
     const std::string text = text_of_recording(file_);
-    for (const Cue& cue : cues_of(text)) {
-      if (table_.fixes.size() >= kMostFixes)
-        fail(ErrorKind::Input, "{}: more than {} subtitles; cut the file into parts",
-             file_.string(), kMostFixes);
+    for (const Cue& cue : cues_of(text, file_.string())) {
+      core::throw_if_stop_asked();
       where_ = fmt::format("{}, line {}", file_.string(), cue.line);
       add(cue);
     }

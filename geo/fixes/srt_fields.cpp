@@ -231,7 +231,16 @@ class FieldScanner {
   std::string value_behind_colon() {
     skip_blanks();
     const std::size_t begin = at_;
-    while (at_ < text_.size() && !is_blank(text_[at_]) && !ends_field(text_[at_])) {
+    const auto is_digit_at = [&](std::size_t at) {
+      return at < text_.size() && text_[at] >= '0' && text_[at] <= '9';
+    };
+    // A comma between digits is a decimal one, which is not understood, but no end.
+    const auto is_inner_comma = [&] {
+      return text_[at_] == ',' && at_ > begin && is_digit_at(at_ - 1) && is_digit_at(at_ + 1) &&
+             text_.substr(begin, at_ - begin).find_first_of(".,") == std::string_view::npos;
+    };
+    while (at_ < text_.size() && !is_blank(text_[at_]) &&
+           (!ends_field(text_[at_]) || is_inner_comma())) {
       if (text_[at_] == ':' && is_letter(text_[begin])) {
         at_ = begin;
         return "";
@@ -255,15 +264,15 @@ std::span<const core::KnownName> known_srt_fields() {
 std::string srt_text(std::string_view lines) {
   std::string text;
   text.reserve(lines.size());
+  // Behind these nothing closes any more.
+  const std::size_t last_angle = lines.rfind('>'), last_brace = lines.rfind('}');
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const char c = lines[i];
     const bool is_tag = c == '<' || (c == '{' && i + 1 < lines.size() && lines[i + 1] == '\\');
-    if (is_tag) {
-      const std::size_t end = lines.find(c == '<' ? '>' : '}', i);
-      if (end != std::string_view::npos) {
-        i = end;
-        continue;
-      }
+    const std::size_t last = c == '<' ? last_angle : last_brace;
+    if (is_tag && last != std::string_view::npos && last > i) {
+      i = lines.find(c == '<' ? '>' : '}', i);
+      continue;
     }
     if (c == '\\' && i + 1 < lines.size() && (lines[i + 1] == 'N' || lines[i + 1] == 'n')) {
       text += '\n';
@@ -279,8 +288,11 @@ std::vector<SrtField> srt_fields(std::string_view text) { return FieldScanner(te
 
 std::optional<double> leading_number(std::string_view text) {
   const std::string_view digits = trimmed(text);
-  return number_of(
-      digits.substr(0, std::min(digits.find_first_not_of("+-.0123456789"), digits.size())));
+  const std::size_t end = std::min(digits.find_first_not_of("+-.0123456789"), digits.size());
+  // A decimal comma: the number goes on behind it.
+  const bool goes_on = end + 1 < digits.size() && digits[end] == ',' && digits[end + 1] >= '0' &&
+                       digits[end + 1] <= '9';
+  return goes_on ? std::nullopt : number_of(digits.substr(0, end));
 }
 
 }  // namespace terracast::geo

@@ -76,7 +76,7 @@ TEST(ReadingApart, EndsWithinMomentsWhereAStopIsAsked) {
   const std::string pipe = folder / "pipe.vdb";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   const core::Json request = core::Json::object()
-                                 .set("file", pipe)
+                                 .set("file", core::path_for_request(pipe))
                                  .set("grid", "")
                                  .set("unit_m", 1.0)
                                  .set("voxel_m", 0.0)

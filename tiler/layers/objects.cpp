@@ -58,7 +58,7 @@ class ObjectsLayer final : public Layer {
                                 feature.kind == FeatureKind::Line ? SightOf::Way : SightOf::Body);
       });
       hidden.append_to(features.counts);
-      ledger_ = std::move(features.ledger);
+      ledger_.merge(features.ledger);
       name_ = features.name;
       hashes_ += " " + features.content_hash + " " + rules_text(rules);
       counts_.insert(counts_.end(), features.counts.begin(), features.counts.end());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <set>
 #include <vector>
 
 #include "core/error.h"
@@ -72,7 +73,9 @@ std::int64_t num_components(const std::string& type, const std::string& where) {
 std::int64_t data_bytes(const std::string& uri) {
   const std::size_t comma = uri.find(',');
   if (comma == std::string::npos) return 0;
-  return static_cast<std::int64_t>((uri.size() - comma - 1) / 4 * 3);
+  std::size_t end = uri.size();
+  while (end > comma + 1 && uri[end - 1] == '=') --end;
+  return static_cast<std::int64_t>((end - comma - 1) * 6 / 8);
 }
 
 void check_buffers(const Json& root, std::int64_t binary_bytes, const ModelFolder& folder,
@@ -221,11 +224,15 @@ void check_nodes(const Json& root, const std::string& name) {
   const Json& scenes = list(root, "scenes");
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const Json& own = list(scenes.at(i), "nodes");
+    std::set<std::int64_t> known;
     for (std::size_t k = 0; k < own.size(); ++k) {
       const std::int64_t node = own.at(k).integer();
       if (node < 0 || static_cast<std::size_t>(node) >= nodes.size())
         fail(ErrorKind::Input, "{}: scene {} names node {}, and there are {}", name, i, node,
              nodes.size());
+      if (parents[static_cast<std::size_t>(node)] >= 0 || !known.insert(node).second)
+        fail(ErrorKind::Input,
+             "{}: scene {} names node {}, which is another's child or named twice", name, i, node);
     }
   }
   if (root.has("scene")) index_of(root, "scene", scenes.size(), name);

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/printable.h"
 #include "core/semantic_class.h"
 #include "core/stop.h"
 #include "tiler/objects/model_texture.h"
@@ -182,7 +183,7 @@ std::optional<std::uint16_t> ModelBuilder::texture_of(const ModelMaterial& mater
 
 std::optional<std::uint16_t> ModelBuilder::read_texture(const ModelImage& image,
                                                         bool shows_through) {
-  const std::string short_name = image.name.substr(0, 80);
+  const std::string short_name = core::printable(core::first_letters(image.name, 80));
   const std::string where = fmt::format("{}: texture {}", name_, short_name);
   std::error_code error;
   if (image.bytes.empty() && !std::filesystem::is_regular_file(image.file, error)) {
@@ -230,8 +231,10 @@ void ModelBuilder::merge_looks() {
     std::vector<world::Finish> merged;
     std::vector<std::uint32_t> row_of;
     for (world::Finish look : looks_) {
+      // A picture's tint would dim all of it.
+      const bool is_kept = look.material == Material::Textured && cell < 256;
       for (std::uint8_t& code : look.color_srgb)
-        code = static_cast<std::uint8_t>(code / cell * cell + cell / 2);
+        if (!is_kept) code = static_cast<std::uint8_t>(code / cell * cell + cell / 2);
       const auto [known, is_new] = rows.try_emplace({look.material, look.pattern, look.color_srgb},
                                                     static_cast<std::uint32_t>(merged.size()));
       if (is_new) merged.push_back(look);

@@ -142,7 +142,13 @@ class GltfReader {
       inputs.joints = joints_of(static_cast<std::size_t>(node.at("skin").integer()));
     const std::string name = mesh.has("name") ? mesh.at("name").string() : fmt::format("{}", row);
     const Json& primitives = gltf_list(mesh, "primitives");
-    for (const Matrix4d& matrix : copies_of(node, number)) {
+    const std::vector<Matrix4d> copies = copies_of(node, number);
+    num_placed_ += copies.size() * primitives.size();
+    if (num_placed_ > kMostModelTriangles)
+      fail(ErrorKind::Input, "{}: its nodes place more than {} primitives", name_,
+           kMostModelTriangles);
+    for (const Matrix4d& matrix : copies) {
+      core::throw_if_stop_asked();
       for (std::size_t k = 0; k < primitives.size(); ++k) {
         inputs.where = fmt::format("{}: mesh \"{}\", primitive {}", name_, name, k);
         // Joints alone move a mesh that has a skin.
@@ -182,7 +188,7 @@ class GltfReader {
       scene_.ledger.count("glTF attribute " + name, gltf_names());
       const auto where = fmt::format("{}: node {}: {}", name_, number, name);
       const int components = name == "ROTATION" ? 4 : 3;
-      if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE") continue;
+      if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE") continue;  // told above
       const auto& added = values.emplace(name, GltfAccessor(buffers_, row.integer(), where));
       const GltfAccessor& own = added.first->second;
       if (own.num_components() != components || (values.size() > 1 && own.size() != size))
@@ -194,6 +200,7 @@ class GltfReader {
       fail(ErrorKind::Input,
            "{}: node {} has more than {} copies; list them as things of their own", name_, number,
            kMostModelTriangles);
+    if (values.empty()) return {scene_from_node_[number]};
     std::vector<Matrix4d> copies;
     for (std::size_t i = 0; i < size; ++i) copies.push_back(copy_of(values, i, number));
     return copies;
@@ -337,6 +344,7 @@ class GltfReader {
   ModelScene scene_;
   std::vector<GltfPicture> pictures_;  ///< of the scene's materials
   std::vector<int> parents_;
+  std::uint64_t num_placed_ = 0;  ///< primitives, by all nodes
   std::vector<Matrix4d> scene_from_node_;
   std::uint64_t num_triangles_ = 0;
 };

@@ -99,6 +99,8 @@ class Materials {
       texture = member(*pbr, "baseColorTexture");
       if (const Json* metallic = member(*pbr, "metallicFactor"))
         material.is_metal = metallic->number() > kMetal;
+      else if (member(*pbr, "metallicRoughnessTexture") != nullptr)
+        material.is_metal = false;  // its picture says where
     }
     // Who knows it takes its colours, and leaves the others to who does not.
     if (const Json* glossy = extension(json, "KHR_materials_pbrSpecularGlossiness")) {

@@ -200,7 +200,7 @@ class ObjReader {
            line_, word.substr(0, 40));
     if (row > 0) return row - 1;
     const auto before = static_cast<std::int64_t>(num_before);
-    if (-row > before)
+    if (row < -before)
       fail(ErrorKind::Input, "{}: line {}: \"{}\" counts back beyond the first of {}", name_, line_,
            word.substr(0, 40), before);
     return before + row;
@@ -342,7 +342,7 @@ class ObjReader {
     return Vector2d::Zero();
   }
   void check(std::int64_t row, std::size_t size, const char* what, std::uint64_t line) const {
-    if (row >= static_cast<std::int64_t>(size))
+    if (row < 0 || row >= static_cast<std::int64_t>(size))
       fail(ErrorKind::Input, "{}: line {}: a face names {} {} of {}", name_, line, what, row + 1,
            size);
   }

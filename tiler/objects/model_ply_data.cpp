@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/stop.h"
 #include "tiler/objects/model_file.h"
 #include "tiler/objects/model_statements.h"
@@ -100,6 +101,10 @@ void PlyData::take_line(const std::string& line) {
     PlyElement element;
     words >> element.name >> count;
     is_right = count >= 0.0 && count <= static_cast<double>(text_.size());
+    for (const PlyElement& other : elements_)
+      if (other.name == element.name)
+        fail(ErrorKind::Input, "{}: its header has two elements called {}", name_,
+             core::printable(core::first_letters(element.name, 40)));
     element.count = is_right ? static_cast<std::uint64_t>(count) : 0;
     elements_.push_back(std::move(element));
   } else if (word == "property") {

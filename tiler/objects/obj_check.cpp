@@ -21,7 +21,7 @@ constexpr std::array<bool, 256> kEndsLine = [] {
   for (const char c : {'\n', '\r', '\0', '\f'}) ends[static_cast<unsigned char>(c)] = true;
   return ends;
 }();
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v'; }
 
 std::string_view without_blanks(std::string_view line) {
   std::size_t begin = 0;
@@ -58,7 +58,8 @@ std::string_view argument_of(std::string_view statement) {
 
 template <class Take>
 void each_line(std::span<const std::byte> bytes, std::uint64_t& number, const Take& take) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a mark of UTF-8
   number = 1;
   for (std::size_t begin = 0; begin < text.size(); ++number) {
     std::size_t end = begin;

@@ -195,12 +195,12 @@ constexpr std::size_t kMostNameBytes = 1 << 16;
 }  // namespace
 
 std::vector<std::byte> read_vdb_request(const core::Json& request) {
-  const Volume volume =
-      read_here(request.at("file").string(), {.grid = request.at("grid").string(),
-                                              .unit_m = request.at("unit_m").number(),
-                                              .voxel_m = request.at("voxel_m").number(),
-                                              .full = request.at("full").number(),
-                                              .is_upward_y = request.at("is_upward_y").boolean()});
+  const Volume volume = read_here(core::path_of_request(request.at("file").string()),
+                                  {.grid = request.at("grid").string(),
+                                   .unit_m = request.at("unit_m").number(),
+                                   .voxel_m = request.at("voxel_m").number(),
+                                   .full = request.at("full").number(),
+                                   .is_upward_y = request.at("is_upward_y").boolean()});
   const std::string name = volume.name.substr(0, kMostNameBytes - 1);
   const std::vector<std::byte> encoded = encode_volume(volume);
   std::vector<std::byte> answer(name.size() + 1);
@@ -217,7 +217,7 @@ Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options) {
   const std::vector<std::byte> answer =
       core::read_apart("vdb",
                        core::Json::object()
-                           .set("file", file.string())
+                           .set("file", core::path_for_request(file))
                            .set("grid", options.grid)
                            .set("unit_m", options.unit_m)
                            .set("voxel_m", options.voxel_m)
