@@ -473,7 +473,7 @@ const std::vector<Corruption>& corruptions() {
        &halve_precision,
        {},
        {"depth_levels", "depth_steps", "reprojection"},
-       {"depth_levels"}},
+       {"depth_float16", "depth_levels"}},
       {"components of flow exchanged",
        "",
        0.0,

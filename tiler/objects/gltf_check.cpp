@@ -69,13 +69,11 @@ std::int64_t num_components(const std::string& type, const std::string& where) {
   fail(ErrorKind::Input, "{}: type {} is none of glTF 2's", where, type);
 }
 
-/// Bytes that the base64 of a data URI stands for; 0: it has none.
+/// The most bytes that the base64 of a data URI can stand for, which may lack what fills it up; 0: it has none.
 std::int64_t data_bytes(const std::string& uri) {
   const std::size_t comma = uri.find(',');
   if (comma == std::string::npos) return 0;
-  std::size_t end = uri.size();
-  while (end > comma + 1 && uri[end - 1] == '=') --end;
-  return static_cast<std::int64_t>((end - comma - 1) * 6 / 8);
+  return static_cast<std::int64_t>((uri.size() - comma + 2) / 4 * 3);
 }
 
 void check_buffers(const Json& root, std::int64_t binary_bytes, const ModelFolder& folder,
