@@ -15,9 +15,15 @@ struct WayBack {
   std::size_t ray;
   double t_end;   ///< what it meets otherwise, or its end
   double t_from;  ///< where the way back starts, of the ray
+  /// Where the ray is as high as the water that it starts in.
+  double t_level;
+  double t_flat;           ///< within so much of there it leaves a flat water
+  bool is_halved = false;  ///< whether it was begun nearer to there since
 };
 /// Above the surface the way back starts at this height, if nothing is met before.
 constexpr double kAbove_m = 5.0;
+/// What is no higher over the water's level is flat: heights are in steps of a millimetre.
+constexpr double kFlat_m = 2e-3;
 constexpr double kEarthRadius_m = 6.371e6;
 /// The way back is begun twice as far off so many times, where the surface rises ahead.
 constexpr int kMaxWaysBack = 16;
@@ -52,12 +58,16 @@ void end_at_surface(const RayQuery& whole, const geo::WorldFrame& frame,
     if (depth_m <= 0.0) continue;
     const double length = ray.direction_world.norm();
     const double rise = ray.direction_world.dot(up) / length;
-    // To where the ray is kAbove_m above a round Earth's water.
-    const double way_m =
-        kEarthRadius_m *
-        (std::sqrt(rise * rise + 2.0 * (depth_m + kAbove_m) / kEarthRadius_m) - rise);
+    // To where the ray is so high above a round Earth's water.
+    const auto t_above = [&](double height_m) {
+      const double way_m =
+          kEarthRadius_m *
+          (std::sqrt(rise * rise + 2.0 * (depth_m + height_m) / kEarthRadius_m) - rise);
+      return ray.t_min + way_m / length;
+    };
     const double t_end = std::min(hits[i].t, ray.t_max);
-    ways.push_back({i, t_end, std::min(ray.t_min + way_m / length, t_end)});
+    ways.push_back({i, t_end, std::min(t_above(kAbove_m), t_end), t_above(0.0),
+                    t_above(kFlat_m) - t_above(0.0)});
   }
   std::vector<WorldRay> back;
   std::vector<SurfaceHit> met;
@@ -84,14 +94,29 @@ void end_at_surface(const RayQuery& whole, const geo::WorldFrame& frame,
         continue;
       }
       if (met[k].t > 0.0) {
-        if (!is_water(met_surfaces[k].cover)) continue;
-        hits[way.ray] = met[k];
-        hits[way.ray].t = way.t_from - met[k].t;
-        if (!surfaces.empty()) surfaces[way.ray] = met_surfaces[k];
+        const double t_met = way.t_from - met[k].t;
+        if (is_water(met_surfaces[k].cover)) {
+          hits[way.ray] = met[k];
+          hits[way.ray].t = t_met;
+          if (!surfaces.empty()) surfaces[way.ray] = met_surfaces[k];
+        }
+        // At a shore a ray may come up more than once: the first time counts.
+        if (t_met - way.t_level > way.t_flat) {
+          way.is_halved = true;
+          way.t_from = 0.5 * (way.t_level + t_met);
+          left.push_back(way);
+        }
         continue;
       }
-      // It starts in the water still.
-      if (way.t_from >= way.t_end) continue;
+      // It starts in the water still, or where the bed's triangles at the shore lie below the land's: between there and
+      // the water's level it may have been in the air.
+      if (way.t_from >= way.t_end || way.is_halved) {
+        if (!(way.t_level < way.t_from)) continue;
+        way.is_halved = true;
+        way.t_from = 0.5 * (way.t_level + way.t_from);
+        left.push_back(way);
+        continue;
+      }
       way.t_from = std::min(ray.t_min + 2.0 * (way.t_from - ray.t_min), way.t_end);
       left.push_back(way);
     }
