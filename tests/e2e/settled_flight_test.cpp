@@ -148,8 +148,9 @@ TEST(SettledFlight, PassesEveryCheckAboveAndBelowTheWaterAndEachCorruptionIsFoun
        [](Pixels& pixels) { pixels.scale_depth("building", 0.9999F); }, "oracle_depth"},
       {"trees 5 % nearer than flow knows", "P000",
        [](Pixels& pixels) { pixels.scale_depth("tree", 0.95F); }, "flow"},
+      // Of a building little is hidden: some twenty pixels, which are among those of the oracle by chance alone.
       {"what is hidden called seen on buildings", "P000",
-       [](Pixels& pixels) { pixels.invert_mask("building"); }, "oracle_occlusion"},
+       [](Pixels& pixels) { pixels.invert_mask("building"); }, "flow_masks"},
       {"the sea's bed called its surface", "P001",
        [](Pixels& pixels) { pixels.set_class("seabed", "sea"); }, "oracle_class"},
       {"the bed a per mille deeper", "P001",
