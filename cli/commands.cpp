@@ -573,7 +573,7 @@ int run_command_line(int argc, const char* const* argv) {
     fmt::print(stderr, "error: {}{}\n", error.what(), thrown_by());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::exception& error) {
-    // What TBB throws where no thread can be started.
+    // TBB throws this when it cannot start a thread.
     if (std::string_view(error.what()).find("pthread_create") != std::string_view::npos)
       return say_out_of_memory(error.what());
     fmt::print(stderr, "error: {} ({})\n", core::printable(error.what()), whose_bug());

@@ -132,7 +132,7 @@ bool filter_system_calls() {
   // Threads, no processes. Libraries go back to clone() where there is no clone3(), whose flags no filter sees.
   constexpr scmp_datum_t kThread = 0x00010000;  // CLONE_THREAD
   allow("clone", {SCMP_A0(SCMP_CMP_MASKED_EQ, kThread, kThread)});
-  // What has a descriptor signal other processes is none of these.
+  // F_SETOWN and F_SETSIG, which could signal other processes, are not allowed.
   for (const scmp_datum_t command : {F_GETFD, F_SETFD, F_GETFL, F_DUPFD, F_DUPFD_CLOEXEC})
     allow("fcntl", {SCMP_A1(SCMP_CMP_EQ, command)});
   allow("sched_setaffinity", {SCMP_A0(SCMP_CMP_EQ, 0)});
@@ -150,7 +150,7 @@ Confinement confine_this_process(const ReadingLimits& limits) {
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   set_limit(RLIMIT_CORE, 0, 0);
   set_limit(RLIMIT_FSIZE, 0, 0);  // pipes have no size
-  // SIGXCPU first, by which it is told from what the system kills for want of memory.
+  // The soft limit sends SIGXCPU; a process that is killed when memory runs out gets SIGKILL instead.
   constexpr std::uint64_t kMore_s = 5;
   const auto cpu_s = static_cast<std::uint64_t>(std::ceil(limits.cpu_s));
   set_limit(RLIMIT_CPU, cpu_s, cpu_s + kMore_s);

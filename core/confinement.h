@@ -4,7 +4,7 @@
 
 namespace terracast::core {
 
-/// What a process that reads files from outside may take.
+/// Limits of a process that reads files from outside.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{8} << 30;  ///< beside what it has at its start
   double cpu_s = 900.0;

@@ -13,7 +13,7 @@
 namespace terracast::core {
 namespace {
 
-/// What the options of GDAL and its drivers begin with, and those of the other libraries. GDAL takes any variable of
+/// Prefixes of the options of GDAL, its drivers and the other libraries. GDAL takes any variable of
 /// the environment for the option of that name. Names by which only networks are reached are not among them: nothing
 /// is fetched.
 constexpr std::array kPrefixes = {
@@ -77,7 +77,7 @@ std::vector<std::string> names_of_environment() {
   return names;
 }
 
-/// What settle_environment() itself says to the libraries.
+/// Options that settle_environment() sets for the libraries.
 struct Stated {
   const char* name;
   const char* value;

@@ -86,7 +86,7 @@ void Ledger::use(std::string_view name, std::int64_t times) {
 void Ledger::ignore(std::string_view name, std::string_view why, std::int64_t times) {
   Entry& found = entry(name);
   found.num_ignored += times;
-  // Of several reasons one that does not depend on the order.
+  // The first by the alphabet, so that the order of calls does not matter.
   if (found.why.empty() || why < found.why) found.why = why;
   leave_out_the_last();
 }

@@ -49,8 +49,8 @@ TEST_F(Obj, BackslashesPartFoldersInLibrariesAndPictures) {
 
 TEST_F(Obj, PathsOfAnotherDiskAreLookedForBesideTheModel) {
   write_halves(folder_ / "halves.png");
-  for (const char* path : {"C:\\Users\\me\\halves.png", "D:/work/halves.png", "/home/me/halves.png",
-                           "\\\\server\\share\\halves.png"})
+  for (const char* path : {"C:\\Users\\me\\halves.png", "D:/work/halves.png",
+                           "/elsewhere/halves.png", "\\\\server\\share\\halves.png"})
     EXPECT_EQ(read(square_, fmt::format("newmtl a\nmap_Kd {}\n", path)).textures.size(), 1U)
         << path;
   write_text(folder_ / "model.mtl", "newmtl a\nmap_Kd C:\\Users\\me\\gone.png\n");
