@@ -134,6 +134,11 @@ function(terracast_defined_names result file all by_namespace)
     elseif(line STREQUAL "}  // namespace")
       set(is_wanted ${all})
     elseif(is_wanted)
+      if(line MATCHES "^enum [^{]*{(.+)}")
+        string(REGEX MATCHALL "[A-Za-z][A-Za-z0-9_]*" enumerators "${CMAKE_MATCH_1}")
+        list(TRANSFORM enumerators PREPEND "${namespace}")
+        list(APPEND names ${enumerators})
+      endif()
       foreach(definition IN ITEMS
           "^(struct|class|enum class|enum|union) ([A-Za-z0-9_]+)" "^(using) ([A-Za-z0-9_]+) ="
           "^(const|constexpr|static|inline|thread_local) [^=({]*[ *&]([A-Za-z0-9_]+)(\\[[^]]*\\])*( =|{|;|\\()"

@@ -26,7 +26,7 @@ using Eigen::Matrix4d;
 using Eigen::Vector3d;
 
 /// Modes of primitives.
-enum Mode : std::int64_t { Points, Lines, LineLoop, LineStrip, Triangles, Strip, Fan };
+enum Mode : std::int64_t { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kStrip, kFan };
 
 class GltfReader {
  public:
@@ -289,7 +289,7 @@ class GltfReader {
   std::vector<std::array<std::uint32_t, 3>> triangles_of(const Json& primitive,
                                                          std::size_t num_vertices,
                                                          const std::string& where) {
-    const std::int64_t mode = primitive.has("mode") ? primitive.at("mode").integer() : Triangles;
+    const std::int64_t mode = primitive.has("mode") ? primitive.at("mode").integer() : kTriangles;
     std::optional<GltfAccessor> indices;
     if (primitive.has("indices")) {
       indices.emplace(buffers_, primitive.at("indices").integer(), where + ": indices");
@@ -297,14 +297,14 @@ class GltfReader {
         fail(ErrorKind::Input, "{}: its indices are no whole numbers", where);
     }
     const std::size_t size = indices ? indices->size() : num_vertices;
-    if (mode < Points || mode > Fan)
+    if (mode < kPoints || mode > kFan)
       fail(ErrorKind::Input, "{}: mode {} is none of glTF 2's, 0 to 6", where, mode);
-    if (mode < Triangles) {
+    if (mode < kTriangles) {
       count_lines(mode, size);
       return {};
     }
-    const std::size_t num_triangles = mode == Triangles ? size / 3 : size < 3 ? 0 : size - 2;
-    if (mode == Triangles && size % 3 != 0)
+    const std::size_t num_triangles = mode == kTriangles ? size / 3 : size < 3 ? 0 : size - 2;
+    if (mode == kTriangles && size % 3 != 0)
       scene_.counts["corners behind the last triangle"] += static_cast<std::int64_t>(size % 3);
     num_triangles_ += num_triangles;
     if (num_triangles_ > kMostModelTriangles)
@@ -313,8 +313,8 @@ class GltfReader {
     std::vector<std::array<std::uint32_t, 3>> triangles(num_triangles);
     for (std::size_t i = 0; i < num_triangles; ++i) {
       std::array<std::size_t, 3> at = {3 * i, 3 * i + 1, 3 * i + 2};
-      if (mode == Strip) at = {i, i + 1 + i % 2, i + 2 - i % 2};
-      if (mode == Fan) at = {i + 1, i + 2, 0};
+      if (mode == kStrip) at = {i, i + 1 + i % 2, i + 2 - i % 2};
+      if (mode == kFan) at = {i + 1, i + 2, 0};
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t vertex =
             indices ? indices->whole(at[k]) : static_cast<std::uint32_t>(at[k]);
@@ -329,11 +329,11 @@ class GltfReader {
 
   void count_lines(std::int64_t mode, std::size_t size) {
     const auto number = static_cast<std::int64_t>(size);
-    if (mode == Points)
+    if (mode == kPoints)
       scene_.counts["points, which have no surface"] += number;
     else
-      scene_.counts["lines, which have no surface"] += mode == Lines ? number / 2
-                                                       : mode == LineLoop
+      scene_.counts["lines, which have no surface"] += mode == kLines ? number / 2
+                                                       : mode == kLineLoop
                                                            ? number
                                                            : std::max<std::int64_t>(number - 1, 0);
   }
