@@ -8,6 +8,7 @@
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
 #include "export/cameras.h"
+#include "geo/fine_rim.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
@@ -162,6 +163,19 @@ void tell_terms(const std::vector<geo::BodyState>& states, const core::Log& log)
     log.info("poses of lines are within {:.2g} m and {:.2g} rad of the motion", error_m, error_rad);
 }
 
+/// Warns of cameras for which a world is made and read at its finest wherever they look.
+void tell_fine_rims(const std::vector<capture::CameraCalibration>& cameras, const core::Log& log) {
+  for (const capture::CameraCalibration& camera : cameras)
+    if (const auto rim = geo::find_fine_rim(*geo::make_camera(camera.intrinsics)))
+      log.warn(
+          "camera {}/{}: its finest pixels, {:.3g} a radian, see next to nothing beside the usual "
+          "ones, {:.3g} a radian, and the level of detail serves the finest wherever it looks, so "
+          "that far more tiles are made than the image shows; the view reaches the end of what "
+          "model {} can hold: a larger focal length or a smaller image mends that",
+          camera.rig, camera.name, rim->finest_pixels_per_radian, rim->usual_pixels_per_radian,
+          camera.intrinsics.model);
+}
+
 geo::TrajectoryContext trajectory_context(const Job& job, double half_size_m,
                                           const core::Log& log) {
   const tiler::WorldSurface& ground = *job.ground;
@@ -209,6 +223,7 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   plan.states = std::move(frames.states);
   plan.motion = std::move(frames.motion);
   tell_terms(plan.states, log);
+  tell_fine_rims(plan.cameras, log);
   geo::TrajectoryContext of_things = trajectory_context(job, 0.5 * job.config.world.size_m, log);
   of_things.reach_s = reach_of_bodies_s(plan);
   plan.moving = lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options,

@@ -79,8 +79,9 @@ std::string draw_wide(Draws& draws, const ImageSize& size) {
   const double corner_px = 0.5 * std::hypot(size.width_px, size.height_px);
   switch (draws.below(7)) {
     case 0:
+      // Straight backwards no pixel sees an angle: corners stay within 2.3 radians.
       return fmt::format("model = \"opencv_fisheye\"\nfx_px = {:.3f}\nk1 = 0.01\nk2 = -0.002\n",
-                         45.0 * scale);
+                         std::max(45.0 * scale, corner_px / 2.3));
     case 1:
       return fmt::format("model = \"unified\"\nfx_px = {:.3f}\nxi = 1.25\nk1 = -0.05\np1 = 0.001\n",
                          80.0 * scale);
