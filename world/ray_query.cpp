@@ -73,7 +73,12 @@ double bytes_beside(const WorldManifest& manifest) {
 
 }  // namespace
 
+/// Worlds whose tiles share a cache: one's slots follow another's.
+enum class RayQuery::World : std::uint8_t { Whole, WithoutWater, Turned };
+
 struct RayQuery::Impl {
+  static constexpr std::size_t kNumWorlds = 3;
+
   Impl(const TileStore& tile_store, std::vector<CutTile> cut_tiles, const RayQueryOptions& options)
       : store(tile_store),
         cut(std::move(cut_tiles)),
@@ -96,10 +101,10 @@ struct RayQuery::Impl {
         own_cache(make_cache(options)),
         cache(*own_cache) {}
 
-  Impl(const Impl& whole, const RayQuery* surface_of_water)
+  Impl(const Impl& whole, World of)
       : store(whole.store),
         cut(whole.cut),
-        map(store, cut),
+        map(store, cut, of == World::Turned),
         frame(whole.frame),
         prototypes(whole.prototypes),
         rules{.prototypes = prototypes,
@@ -108,9 +113,8 @@ struct RayQuery::Impl {
         device(whole.device),
         packet_width(whole.packet_width),
         frame_shift_m(whole.frame_shift_m),
-        is_without_water(true),
-        first_slot(cut.size()),
-        ceiling(surface_of_water),
+        world(of),
+        first_slot(static_cast<std::size_t>(of) * cut.size()),
         imagery_budget_bytes(0.0),
         least_memory_bytes(whole.least_memory_bytes),
         cache(whole.cache) {}
@@ -131,7 +135,7 @@ struct RayQuery::Impl {
     return std::min(bytes / (1.0 - kShareOfImagery), bytes + bytes_of_imagery(store.manifest()));
   }
 
-  /// The tiles of the cut, and after these the same without water.
+  /// The tiles of the cut in each of the worlds.
   std::unique_ptr<SceneCache> make_cache(const RayQueryOptions& options) {
     if (options.memory_bytes < least_memory_bytes)
       core::fail(
@@ -141,8 +145,9 @@ struct RayQuery::Impl {
           options.memory_bytes, bytes_aside(), static_cast<double>(most_bytes_while_loading()),
           std::ceil(least_memory_bytes * 1e-6) * 1e6);
     const double budget_bytes = options.memory_bytes - imagery_budget_bytes - bytes_aside();
-    std::vector<std::size_t> bytes = objects_bytes;
-    bytes.insert(bytes.end(), objects_bytes.begin(), objects_bytes.end());
+    std::vector<std::size_t> bytes;
+    for (std::size_t i = 0; i < kNumWorlds; ++i)
+      bytes.insert(bytes.end(), objects_bytes.begin(), objects_bytes.end());
     return std::make_unique<SceneCache>(
         std::move(bytes), budget_bytes,
         [this](std::size_t slot, const PackedTile* packed) { return load(slot, packed); },
@@ -181,12 +186,14 @@ struct RayQuery::Impl {
 
   std::unique_ptr<const TileScene> load(std::size_t slot, const PackedTile* packed) const {
     if (packed != nullptr) return std::make_unique<const TileScene>(device, *packed, frame_shift_m);
-    const bool is_drained = slot >= cut.size();
-    const CutTile& tile = cut[is_drained ? slot - cut.size() : slot];
+    const auto of = static_cast<World>(slot / cut.size());
+    const CutTile& tile = cut[slot % cut.size()];
     return core::with_context(
         [&] {
-          Tile loaded = store.load(tile.id, is_drained ? WaterDepth::Read : WaterDepth::LeftOut);
-          if (is_drained) drain(loaded);
+          Tile loaded = store.load(
+              tile.id, of == World::WithoutWater ? WaterDepth::Read : WaterDepth::LeftOut);
+          if (of == World::WithoutWater) drain(loaded);
+          if (of == World::Turned) turn_over(loaded);
           return std::make_unique<const TileScene>(device, std::move(loaded), tile.coarser_sides,
                                                    frame_shift_m, &rules);
         },
@@ -356,9 +363,11 @@ struct RayQuery::Impl {
   const EmbreeDevice& device;
   const int packet_width;
   const Eigen::Vector3d frame_shift_m;
-  const bool is_without_water = false;
-  const std::size_t first_slot = 0;         ///< of its tiles in the cache
-  const RayQuery* const ceiling = nullptr;  ///< what rays in water leave it by
+  const World world = World::Whole;
+  const std::size_t first_slot = 0;  ///< of its tiles in the cache
+  // Of viewers in water: what they leave it by.
+  const RayQuery* whole_world = nullptr;
+  std::unique_ptr<const RayQuery> turned_world;
   std::atomic<std::uint64_t> num_rays = 0;
   std::atomic<std::uint64_t> num_casts = 0;
   std::atomic<std::uint64_t> num_lanes = 0;
@@ -373,8 +382,15 @@ struct RayQuery::Impl {
 RayQuery::RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options)
     : impl_(std::make_unique<Impl>(store, std::move(cut), options)) {}
 
+RayQuery::RayQuery(const RayQuery& whole, World world)
+    : impl_(std::make_unique<Impl>(*whole.impl_, world)) {}
+
 RayQuery::RayQuery(const RayQuery& whole, const WithoutWater& without)
-    : impl_(std::make_unique<Impl>(*whole.impl_, without.viewers_in_water ? &whole : nullptr)) {}
+    : RayQuery(whole, World::WithoutWater) {
+  if (!without.viewers_in_water) return;
+  impl_->whole_world = &whole;
+  impl_->turned_world.reset(new RayQuery(whole, World::Turned));
+}
 
 RayQuery::~RayQuery() = default;
 
@@ -492,8 +508,8 @@ void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> h
                          Coherence coherence, std::span<SurfaceSample> surfaces, RayTrail* trail,
                          SurfaceNeed need) const {
   find_hits(*impl_, rays, hits, coherence, surfaces, trail, need);
-  if (impl_->ceiling != nullptr)
-    end_at_surface(*impl_->ceiling, impl_->frame, rays, hits, surfaces, trail);
+  if (impl_->turned_world)
+    end_at_surface(*impl_->whole_world, *impl_->turned_world, rays, hits, surfaces, trail);
 }
 
 void RayQuery::intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
@@ -501,15 +517,15 @@ void RayQuery::intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coheren
                          SurfaceNeed need) const {
   check_fan(rays);
   find_hits(*impl_, rays, hits, coherence, surfaces, trail, need);
-  if (impl_->ceiling != nullptr)
-    end_at_surface(*impl_->ceiling, impl_->frame, listed(rays), hits, surfaces, trail);
+  if (impl_->turned_world)
+    end_at_surface(*impl_->whole_world, *impl_->turned_world, listed(rays), hits, surfaces, trail);
 }
 
 void RayQuery::intersect(const RayFan& rays, std::span<double> t, Coherence coherence,
                          RayTrail* trail) const {
   check_fan(rays);
   TERRACAST_CHECK(t.size() == rays.size(), "{} answers for {} rays", t.size(), rays.size());
-  if (impl_->ceiling != nullptr) {
+  if (impl_->turned_world) {
     std::vector<SurfaceHit> hits(rays.size());
     intersect(rays, hits, coherence, {}, trail);
     for (std::size_t i = 0; i < hits.size(); ++i) t[i] = hits[i].t;
@@ -581,7 +597,7 @@ double RayQuery::least_memory_bytes() const { return impl_->least_memory_bytes; 
 
 double RayQuery::imagery_budget_bytes() const { return impl_->imagery_budget_bytes; }
 
-bool RayQuery::is_without_water() const { return impl_->is_without_water; }
+bool RayQuery::is_without_water() const { return impl_->world == World::WithoutWater; }
 
 RayQueryStats RayQuery::stats() const {
   const SceneCache::Stats cache = impl_->cache.stats();

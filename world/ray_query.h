@@ -217,7 +217,10 @@ class RayQuery {
   std::string profile() const;
 
  private:
+  enum class World : std::uint8_t;  ///< which of the worlds that share a cache
   struct Impl;
+  RayQuery(const RayQuery& whole, World world);
+
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,34 +1,88 @@
 #include "world/rays_in_water.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace terracast::world {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// A ray in water, looked at from its far end: back along it, the surface is met from above.
-struct WayBack {
+/// A ray that is in water from t on, and what it meets at t_end if it stays there.
+struct WayInWater {
   std::size_t ray;
-  double t_end;   ///< what it meets otherwise, or its end
-  double t_from;  ///< where the way back starts, of the ray
-  /// Where the ray is as high as the water that it starts in.
-  double t_level;
-  double t_flat;           ///< within so much of there it leaves a flat water
-  bool is_halved = false;  ///< whether it was begun nearer to there since
+  double t;
+  double t_end;
 };
-/// Above the surface the way back starts at this height, if nothing is met before.
-constexpr double kAbove_m = 5.0;
-/// What is no higher over the water's level is flat: heights are in steps of a millimetre.
-constexpr double kFlat_m = 2e-3;
-constexpr double kEarthRadius_m = 6.371e6;
-/// The way back is begun twice as far off so many times, where the surface rises ahead.
-constexpr int kMaxWaysBack = 16;
-/// Beyond something that floats, the way back goes on.
-constexpr double kBeyondSolid_m = 1e-6;
+
+/// Those that start below the surface.
+std::vector<WayInWater> ways_in_water(const RayQuery& whole, std::span<const WorldRay> rays,
+                                      std::span<const SurfaceHit> hits) {
+  std::vector<WayInWater> ways;
+  Eigen::Vector3d start_before =
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  bool is_in_water = false;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const WorldRay& ray = rays[i];
+    const Eigen::Vector3d start = ray.origin_world + ray.t_min * ray.direction_world;
+    if (start != start_before) {
+      start_before = start;
+      is_in_water = whole.surface_z_world(start.x(), start.y()).value_or(start.z()) > start.z();
+    }
+    const double t_end = std::min(hits[i].t, ray.t_max);
+    if (is_in_water && ray.t_min < t_end) ways.push_back({i, ray.t_min, t_end});
+  }
+  return ways;
+}
+
+Eigen::Vector3d turned_over(const Eigen::Vector3d& vector) {
+  return {vector.x(), vector.y(), -vector.z()};
+}
+
+/// Where rays come up through the surface for the first time, in the world that is upside down.
+struct ComingUp {
+  std::vector<WorldRay> rays;
+  std::vector<SurfaceHit> hits;
+  std::vector<SurfaceSample> surfaces;
+
+  void find(const RayQuery& turned, std::span<const WorldRay> of, std::span<const WayInWater> ways,
+            RayTrail* trail) {
+    rays.clear();
+    for (const WayInWater& way : ways)
+      rays.push_back({.origin_world = turned_over(of[way.ray].origin_world),
+                      .direction_world = turned_over(of[way.ray].direction_world),
+                      .t_min = way.t,
+                      .t_max = way.t_end});
+    hits.resize(rays.size());
+    surfaces.resize(rays.size());
+    turned.intersect(rays, hits, Coherence::Incoherent, surfaces, trail);
+  }
+};
+
+/// The ways that go on, in the air over land, until they have come down to the ground again.
+std::vector<WayInWater> down_again(const RayQuery& whole, std::span<const WorldRay> of,
+                                   std::span<const WayInWater> ways, RayTrail* trail) {
+  std::vector<WorldRay> rays;
+  for (const WayInWater& way : ways)
+    rays.push_back({.origin_world = of[way.ray].origin_world,
+                    .direction_world = of[way.ray].direction_world,
+                    .t_min = way.t,
+                    .t_max = way.t_end});
+  std::vector<SurfaceHit> hits(rays.size());
+  whole.intersect(rays, hits, Coherence::Incoherent, {}, trail);
+  std::vector<WayInWater> down;
+  for (std::size_t k = 0; k < ways.size(); ++k)
+    if (hits[k].is_ground() && hits[k].t > ways[k].t && hits[k].t < ways[k].t_end)
+      down.push_back({ways[k].ray, hits[k].t, ways[k].t_end});
+  return down;
+}
+
+/// A tile over which a ray passed upside down is one that it passed below: told as if it had come to it.
+void add_turned(const RayTrail& turned, RayTrail& trail) {
+  for (std::size_t tile = 0; tile < turned.num_tiles(); ++tile)
+    if (turned.is_touched(tile) || turned.passed_z_world(tile) != RayTrail::kNever)
+      trail.touch(tile);
+}
 
 }  // namespace
 
@@ -40,88 +94,39 @@ void drain(Tile& tile) {
   }
 }
 
-void end_at_surface(const RayQuery& whole, const geo::WorldFrame& frame,
-                    std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
-                    std::span<SurfaceSample> surfaces, RayTrail* trail) {
-  std::vector<WayBack> ways;
-  Eigen::Vector3d origin = Eigen::Vector3d::Constant(kInfinity);
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  double depth_m = 0.0;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const WorldRay& ray = rays[i];
-    const Eigen::Vector3d start = ray.origin_world + ray.t_min * ray.direction_world;
-    if (start != origin) {
-      origin = start;
-      up = frame.up_world(start);
-      depth_m = whole.surface_z_world(start.x(), start.y()).value_or(start.z()) - start.z();
-    }
-    if (depth_m <= 0.0) continue;
-    const double length = ray.direction_world.norm();
-    const double rise = ray.direction_world.dot(up) / length;
-    // To where the ray is so high above a round Earth's water.
-    const auto t_above = [&](double height_m) {
-      const double way_m =
-          kEarthRadius_m *
-          (std::sqrt(rise * rise + 2.0 * (depth_m + height_m) / kEarthRadius_m) - rise);
-      return ray.t_min + way_m / length;
-    };
-    const double t_end = std::min(hits[i].t, ray.t_max);
-    ways.push_back({i, t_end, std::min(t_above(kAbove_m), t_end), t_above(0.0),
-                    t_above(kFlat_m) - t_above(0.0)});
-  }
-  std::vector<WorldRay> back;
-  std::vector<SurfaceHit> met;
-  std::vector<SurfaceSample> met_surfaces;
-  for (int round = 0; round < kMaxWaysBack && !ways.empty(); ++round) {
-    back.clear();
-    for (const WayBack& way : ways) {
-      const WorldRay& ray = rays[way.ray];
-      back.push_back({.origin_world = ray.origin_world + way.t_from * ray.direction_world,
-                      .direction_world = -ray.direction_world,
-                      .t_max = std::max(way.t_from - ray.t_min, 0.0)});
-    }
-    met.resize(back.size());
-    met_surfaces.resize(back.size());
-    whole.intersect(back, met, Coherence::Incoherent, met_surfaces, trail);
-    std::vector<WayBack> left;
+void turn_over(Tile& tile) {
+  tile.center_z_m = -tile.center_z_m;
+  for (std::int32_t& steps : tile.height_steps) steps = -steps;
+  tile.objects.solids.clear();
+  tile.objects.instances.clear();
+  tile.objects_top_steps = Tile::kNoObjects;
+}
+
+void end_at_surface(const RayQuery& whole, const RayQuery& turned, std::span<const WorldRay> rays,
+                    std::span<SurfaceHit> hits, std::span<SurfaceSample> surfaces,
+                    RayTrail* trail) {
+  std::vector<WayInWater> ways = ways_in_water(whole, rays, hits);
+  std::optional<RayTrail> turned_trail;
+  if (trail != nullptr) turned_trail.emplace(trail->num_tiles());
+  ComingUp up;
+  while (!ways.empty()) {
+    up.find(turned, rays, ways, turned_trail ? &*turned_trail : nullptr);
+    std::vector<WayInWater> over_land;
     for (std::size_t k = 0; k < ways.size(); ++k) {
-      WayBack way = ways[k];
-      const WorldRay& ray = rays[way.ray];
-      if (met[k].is_sky()) continue;
-      if (!met[k].is_ground()) {
-        way.t_from -= met[k].t + kBeyondSolid_m / ray.direction_world.norm();
-        if (way.t_from > ray.t_min) left.push_back(way);
+      SurfaceHit& met = up.hits[k];
+      if (met.is_sky()) continue;
+      if (!is_water(up.surfaces[k].cover)) {
+        over_land.push_back({ways[k].ray, met.t, ways[k].t_end});
         continue;
       }
-      if (met[k].t > 0.0) {
-        const double t_met = way.t_from - met[k].t;
-        if (is_water(met_surfaces[k].cover)) {
-          hits[way.ray] = met[k];
-          hits[way.ray].t = t_met;
-          if (!surfaces.empty()) surfaces[way.ray] = met_surfaces[k];
-        }
-        // At a shore a ray may come up more than once: the first time counts.
-        if (t_met - way.t_level > way.t_flat) {
-          way.is_halved = true;
-          way.t_from = 0.5 * (way.t_level + t_met);
-          left.push_back(way);
-        }
-        continue;
-      }
-      // It starts in the water still, or where the bed's triangles at the shore lie below the land's: between there and
-      // the water's level it may have been in the air.
-      if (way.t_from >= way.t_end || way.is_halved) {
-        if (!(way.t_level < way.t_from)) continue;
-        way.is_halved = true;
-        way.t_from = 0.5 * (way.t_level + way.t_from);
-        left.push_back(way);
-        continue;
-      }
-      way.t_from = std::min(ray.t_min + 2.0 * (way.t_from - ray.t_min), way.t_end);
-      left.push_back(way);
+      met.slope_x = -met.slope_x;
+      met.slope_y = -met.slope_y;
+      hits[ways[k].ray] = met;
+      if (!surfaces.empty()) surfaces[ways[k].ray] = up.surfaces[k];
     }
-    ways = std::move(left);
+    ways = down_again(whole, rays, over_land, trail);
   }
+  if (turned_trail) add_turned(*turned_trail, *trail);
 }
 
 }  // namespace terracast::world

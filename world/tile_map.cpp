@@ -227,7 +227,7 @@ std::int32_t leaf_code(std::uint32_t leaf) { return -2 - static_cast<std::int32_
 
 }  // namespace
 
-TileMap::TileMap(const TileStore& store, const std::vector<CutTile>& cut) {
+TileMap::TileMap(const TileStore& store, const std::vector<CutTile>& cut, bool is_turned) {
   if (cut.empty()) fail(ErrorKind::Input, "{}: no tiles to cast rays at", store.folder().string());
   highest_z_world_ = -kInfinity;
   std::unordered_set<TileId> seen;
@@ -240,11 +240,12 @@ TileMap::TileMap(const TileStore& store, const std::vector<CutTile>& cut) {
       fail(ErrorKind::Input, "{}: the cut names tile {} twice", store.folder().string(),
            tile.id.name());
     const geo::Box3d box = info->box_world();
+    const double highest_z_world = is_turned ? -box.min().z() : box.max().z();
     leaves_.push_back({.x = {box.min().x(), box.max().x()},
                        .y = {box.min().y(), box.max().y()},
-                       .highest_z_world = box.max().z(),
+                       .highest_z_world = highest_z_world,
                        .beyond = {}});
-    highest_z_world_ = std::max(highest_z_world_, box.max().z());
+    highest_z_world_ = std::max(highest_z_world_, highest_z_world);
     root_level_ = leaves_.size() == 1 ? tile.id.level : std::max(root_level_, tile.id.level);
   }
   std::unordered_set<TileId> root_ids;

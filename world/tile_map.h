@@ -30,7 +30,8 @@ class TileMap {
 
   /// throws Input: the store lacks a tile, the cut is empty, names a tile twice, has a hole within
   /// one of its coarsest tiles or is not balanced
-  TileMap(const TileStore& store, const std::vector<CutTile>& cut);
+  /// is_turned     of the world upside down: a tile's lowest point, at -z, is its highest
+  TileMap(const TileStore& store, const std::vector<CutTile>& cut, bool is_turned = false);
 
   /// Puts rays into the first tile in which they may meet the ground (they are not above the tile's
   /// highest point all the way).

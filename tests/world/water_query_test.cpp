@@ -70,6 +70,73 @@ TEST(WithoutWater, TheGroundIsTheBedAndMeetsTheLandAtTheShores) {
   EXPECT_GT(num_beds, 300);
 }
 
+// Between a wet and a dry corner of a cell the bed's triangles lie below the land's: there a ray that has come out of the
+// water may meet the bed's triangle behind the water's surface, and must not go on to it.
+TEST(WithoutWater, RaysFromShallowWaterEndAtItsSurfaceBeforeABeach) {
+  const test::ScratchFolder folder;
+  // Beaches of a few degrees around islets in a pond at 0, so small that it is level: 40 m off the Earth has curved
+  // away by an eighth of a step of heights.
+  const auto bed_m = [](double x, double y) {
+    return on_lattice(0.6 * std::sin(x / 11.0) * std::cos(y / 9.0) - 0.1);
+  };
+  const auto surface_m = [&](double x, double y) { return std::max(bed_m(x, y), 0.0); };
+  const auto depth_m = [&](double x, double y) { return surface_m(x, y) - bed_m(x, y); };
+  test::TinyWorldOptions options;
+  options.refine = [](const TileId&) { return true; };
+  const TileStore wet = make_wet_world(folder / "wet", surface_m, depth_m, options);
+  const TileStore dry = test::make_tiny_world(folder / "dry", bed_m, options);
+  const TileStore land = test::make_tiny_world(folder / "land", surface_m, options);
+  const RayQuery whole(wet, leaves_of(wet), {});
+  const RayQuery query(whole, RayQuery::WithoutWater{.viewers_in_water = true});
+  const test::BruteTerrain bed(dry, leaves_of(dry));
+  const test::BruteTerrain surface(land, leaves_of(land));
+  const auto has_corner_at_0 = [&](double x, double y) {
+    bool is_there = false;
+    for (const double corner_x : {std::floor(x), std::ceil(x)})
+      for (const double corner_y : {std::floor(y), std::ceil(y)})
+        is_there = is_there || bed_m(corner_x, corner_y) == 0.0;
+    return is_there;
+  };
+  int num_surface = 0, num_bed = 0, num_behind = 0;
+  for (std::uint64_t i = 0; i < 20000; ++i) {
+    const auto draw = [&](std::uint64_t k, double low, double high) {
+      return core::random_between(low, high, 7, k, i);
+    };
+    const double x = draw(1, -40, 40), y = draw(2, -40, 40);
+    const double deep_m = -bed.ground_z(x, y);
+    if (!(deep_m > 0.01)) continue;
+    const Eigen::Vector3d origin(x, y, -deep_m * draw(3, 0.05, 0.95));
+    // Every other ray looks up the beach, little less steep than it.
+    const Eigen::Vector2d uphill(bed.ground_z(x + 1.0, y) - bed.ground_z(x - 1.0, y),
+                                 bed.ground_z(x, y + 1.0) - bed.ground_z(x, y - 1.0));
+    const Eigen::Vector2d ahead = i % 2 == 0 ? uphill.normalized() : Eigen::Vector2d::Zero();
+    const Eigen::Vector3d direction(ahead.x() + draw(4, -1, 1), ahead.y() + draw(5, -1, 1),
+                                    draw(6, -0.05, 0.1));
+    const double t_bed = bed.first_crossing(origin, direction, 0.0, kInfinity);
+    const double t_surface = surface.first_crossing(origin, direction, 0.0, kInfinity);
+    const double t = std::min(t_bed, t_surface);
+    const Eigen::Vector3d met = origin + t * direction;
+    if (!(met.head<2>().cwiseAbs().maxCoeff() < 60.0)) continue;
+    // At a shore facets are land or water by the corner that counts most: land too where a dry corner lies at 0.
+    if (t_surface < t_bed && (met.z() > 1e-9 || has_corner_at_0(met.x(), met.y()))) continue;
+    const WorldRay ray{.origin_world = origin, .direction_world = direction};
+    SurfaceHit hit;
+    SurfaceSample sample;
+    query.intersect({&ray, 1}, {&hit, 1}, Coherence::Incoherent, {&sample, 1});
+    EXPECT_NEAR(hit.t, t, 1e-6 * (1.0 + t)) << i << ", bed at " << t_bed;
+    if (t_surface < t_bed) {
+      ++num_surface;
+      // Where the way through the air ends soon: at the shore that the ray looked at.
+      if ((t_bed - t_surface) * direction.norm() < 3.0) ++num_behind;
+    } else {
+      ++num_bed;
+    }
+  }
+  EXPECT_GT(num_surface, 1000);
+  EXPECT_GT(num_bed, 500);
+  EXPECT_GT(num_behind, 20);
+}
+
 class InWater : public testing::Test {
  protected:
   // A level lake at 0 over a bed that falls to the east; land rises at the western end.
