@@ -1,5 +1,7 @@
 #include "validate/readers/colmap_database.h"
 
+#include <fmt/format.h>
+
 #include "core/atomic_file.h"
 #include "validate/readers/colmap_camera_kinds.h"
 #include "validate/readers/sqlite.h"
@@ -53,9 +55,9 @@ ColmapDatabase read_colmap_database(const std::filesystem::path& file, const std
   read_database_cameras(database, content);
   read_database_images(database, content);
   for (const char* table : {"keypoints", "descriptors", "matches", "two_view_geometries"})
-    database.each_row(std::string("SELECT COUNT(*) FROM ") + table, [&](const SqliteRow& row) {
-      if (row.integer(0) > 0) content.other_tables.emplace_back(table);
-    });
+    // Whether there is any row: counting those of a file whose pages lead to the same ones again and again has no end.
+    database.each_row(fmt::format("SELECT 1 FROM {} LIMIT 1", table),
+                      [&](const SqliteRow&) { content.other_tables.emplace_back(table); });
   database.each_row("SELECT name, seq FROM sqlite_sequence", [&](const SqliteRow& row) {
     content.highest_ids[row.text(0)] = row.integer(1);
   });
