@@ -1,9 +1,12 @@
 #include "validate/head_sentence.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -45,10 +48,19 @@ constexpr std::array kSubjects{
     Subject{"colmap", "COLMAP's model"},
 };
 
-/// returns  the check's own name, without the format before it, where no subject is known
-std::string_view subject_of(std::string_view check) {
-  if (const std::size_t slash = check.rfind('/'); slash != std::string_view::npos)
-    check.remove_prefix(slash + 1);
+/// "kitti/flow" is check "flow" of format "kitti"; one of a single format has none.
+struct CheckName {
+  std::string_view format, check;
+};
+CheckName parted(std::string_view name) {
+  const std::size_t slash = name.rfind('/');
+  if (slash == std::string_view::npos) return {"", name};
+  return {name.substr(0, slash), name.substr(slash + 1)};
+}
+
+/// returns  the check's own name where no subject is known
+std::string_view subject_of(std::string_view name) {
+  const std::string_view check = parted(name).check;
   for (const Subject& subject : kSubjects)
     if (check.starts_with(subject.prefix)) return subject.words;
   return check;
@@ -81,13 +93,14 @@ class Words {
 }  // namespace
 
 std::string head_sentence(const Json& report) {
-  Words wrong, proved, unseen;
+  Words wrong, proved;
+  std::vector<std::string> unseen;
   const Json& checks = report.at("checks");
   for (std::size_t i = 0; i < checks.size(); ++i) {
     const Json& check = checks.at(i);
     const std::string name = check.at("name").string();
     if (check.at("unseen").boolean())
-      unseen.add(name);
+      unseen.push_back(name);
     else if (!check.at("ok").boolean())
       wrong.add(subject_of(name));
     else if (!check.at("skipped").boolean())
@@ -99,11 +112,28 @@ std::string head_sentence(const Json& report) {
   parts.push_back(proved.empty() ? "nothing was proved" : "proved: " + proved.text());
   parts.push_back(unseen.empty() ? "nothing that the format holds was left unseen"
                                  : fmt::format("this dataset could not show what {} would find",
-                                               unseen.text()));
+                                               by_check(unseen)));
   parts.front().front() = static_cast<char>(std::toupper(parts.front().front()));
   std::string sentence;
   for (const std::string& part : parts) sentence += (sentence.empty() ? "" : "; ") + part;
   return sentence + ".";
+}
+
+std::string by_check(std::span<const std::string> names) {
+  std::vector<std::string_view> checks;
+  std::map<std::string_view, std::vector<std::string_view>> formats_of;
+  for (const std::string& name : names) {
+    const auto [format, check] = parted(name);
+    std::vector<std::string_view>& formats = formats_of[check];
+    if (std::find(checks.begin(), checks.end(), check) == checks.end()) checks.push_back(check);
+    if (!format.empty()) formats.push_back(format);
+  }
+  std::vector<std::string> words;
+  for (const std::string_view check : checks)
+    words.push_back(formats_of[check].empty()
+                        ? std::string(check)
+                        : fmt::format("{} ({})", check, fmt::join(formats_of[check], ", ")));
+  return fmt::format("{}", fmt::join(words, ", "));
 }
 
 }  // namespace terracast::validate

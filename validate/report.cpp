@@ -100,9 +100,9 @@ std::string verdict_line(const std::filesystem::path& report_folder) {
   for (std::size_t i = 0; i < checks.size(); ++i)
     if (!checks.at(i).at("ok").boolean()) wrong.push_back(checks.at(i).at("name").string());
   const std::vector<std::string> unseen = report.at("unseen").strings();
-  return fmt::format(
-      "{}{}{}{}", report.at("ok").boolean() ? "every bound holds" : "THE DATASET IS WRONG: ",
-      fmt::join(wrong, ", "), unseen.empty() ? "" : "; not seen: ", fmt::join(unseen, ", "));
+  return fmt::format("{}{}{}{}",
+                     report.at("ok").boolean() ? "every bound holds" : "THE DATASET IS WRONG: ",
+                     by_check(wrong), unseen.empty() ? "" : "; not seen: ", by_check(unseen));
 }
 
 std::vector<std::string> cause_lines(const std::filesystem::path& report_folder) {

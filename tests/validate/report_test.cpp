@@ -88,14 +88,14 @@ TEST(ReportVerdict, NamesTheColoursThatANightDoesNotShow) {
   EXPECT_TRUE(join_reports(scratch / "report", {"kitti"}));
   const std::string line = verdict_line(scratch / "report");
   EXPECT_TRUE(line.starts_with("every bound holds; not seen: ")) << line;
-  EXPECT_NE(line.find("kitti/photometric_shift"), std::string::npos) << line;
+  EXPECT_NE(line.find("photometric_shift (kitti)"), std::string::npos) << line;
   const core::Json json = core::Json::read(scratch / "report/report.json");
   EXPECT_GE(json.at("unseen").size(), 4U);
   for (const char* page : {"report/index.html", "report/kitti/index.html"}) {
     const std::string html = core::read_text_file(scratch / page);
-    const std::size_t verdict = html.find("not seen: ");
-    ASSERT_NE(verdict, std::string::npos) << page;
-    EXPECT_LT(html.find("photometric_shift", verdict), html.find("</div>", verdict)) << page;
+    const std::size_t says = html.find("could not show what ");
+    ASSERT_NE(says, std::string::npos) << page;
+    EXPECT_LT(html.find("photometric_shift", says), html.find("</p>", says)) << page;
   }
 }
 
@@ -121,7 +121,9 @@ TEST(ReportHead, SaysInOneSentenceWhatIsWrongWasProvedAndCouldNotBeShown) {
                       check("kitti/own_check", true, false, false),
                       check("kitti/photometric_shift", true, true, true)}),
             "Wrong: flow and its masks; proved: own_check; this dataset could not show what "
-            "kitti/photometric_shift would find.");
+            "photometric_shift (kitti) would find.");
+  EXPECT_EQ(by_check(std::vector<std::string>{"kitti/flow", "kitti/depth", "coco/flow", "own"}),
+            "flow (kitti, coco), depth (kitti), own");
   EXPECT_EQ(sentence({check("oxts", true, true, false)}),
             "Nothing was proved; nothing that the format holds was left unseen.");
 }
