@@ -4,11 +4,14 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "geo/fixes/text.h"
+#include "rigs/opencv_xml.h"
 
 namespace terracast::rigs {
 namespace {
@@ -20,14 +23,37 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 22;
 /// In one list: aliases make much of few bytes.
 constexpr std::size_t kMostNumbers = 1000;
 
+/// OpenCV's parser takes a key up to its colon, whatever follows: "Viewer.PointSize:2", "data:[1, 2]".
+std::string with_blanks_after_keys(const std::string& text) {
+  std::string blank;
+  blank.reserve(text.size());
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    const std::string_view line(text.data() + begin, end - begin);
+    const std::size_t key = line.find_first_not_of(' ');
+    const std::size_t colon = std::min(line.find(':'), line.size());
+    const bool is_plain =
+        colon > key && std::all_of(line.begin() + static_cast<std::ptrdiff_t>(std::min(key, colon)),
+                                   line.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
+                                     return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+                                            c == '_' || c == '.' || c == '-';
+                                   });
+    const bool is_joined = is_plain && colon + 1 < line.size() &&
+                           std::isspace(static_cast<unsigned char>(line[colon + 1])) == 0;
+    blank += is_joined ? fmt::format("{}: {}", line.substr(0, colon), line.substr(colon + 1))
+                       : std::string(line);
+    begin = end;
+  }
+  return blank;
+}
+
 /// OpenCV writes a directive that YAML does not know, "%YAML:1.0"; editors a byte order mark.
 std::string without_directive(std::string text) {
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-  if (text.starts_with("%YAML:")) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    text.replace(0, end, std::string(end, ' '));
-  }
-  return text;
+  if (!text.starts_with("%YAML:")) return text;
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  text.replace(0, end, std::string(end, ' '));
+  return with_blanks_after_keys(text);
 }
 
 }  // namespace
@@ -40,6 +66,10 @@ YamlValue::YamlValue(std::shared_ptr<File> file, KeyRecord::Path path, const YAM
 YamlValue YamlValue::read(const std::filesystem::path& file) {
   const std::string text = core::read_text_file(file, kMostBytes);
   try {
+    if (is_opencv_xml(text))
+      return {std::make_shared<File>(File{file.string(), 0, {}}),
+              {},
+              node_of_opencv_xml(text, file.string())};
     const std::vector<YAML::Node> documents = YAML::LoadAll(without_directive(text));
     const auto is_stated = [](const YAML::Node& document) { return !document.IsNull(); };
     const auto num_stated = std::count_if(documents.begin(), documents.end(), is_stated);
@@ -55,8 +85,9 @@ YamlValue YamlValue::read(const std::filesystem::path& file) {
 }
 
 std::unique_ptr<YamlValue> yaml_map_of(const std::filesystem::path& file) {
+  constexpr std::array kExtensions = {".yaml", ".yml", ".xml", ".json"};
   if (!std::filesystem::is_regular_file(file) ||
-      (file.extension() != ".yaml" && file.extension() != ".yml"))
+      std::find(kExtensions.begin(), kExtensions.end(), file.extension()) == kExtensions.end())
     return nullptr;
   auto value = std::make_unique<YamlValue>(YamlValue::read(file));
   return value->is_map() ? std::move(value) : nullptr;
@@ -187,7 +218,8 @@ std::vector<double> YamlValue::numbers(std::size_t count) const {
 std::vector<double> YamlValue::matrix(std::size_t count) const {
   if (is_list()) return numbers(count);
   const std::vector<double> values = at("data").numbers(count);
-  if (has("dt")) at("dt").text();  // of what type the numbers were
+  for (const char* key : {"dt", "type_id"})  // of what type the numbers were
+    if (has(key)) at(key).text();
   if (!has("rows") || !has("cols")) return values;
   const double rows = at("rows").number(), cols = at("cols").number();
   if (rows * cols != static_cast<double>(values.size()))

@@ -25,7 +25,8 @@ namespace terracast::rigs {
 /// threads  not safe
 class YamlValue {
  public:
-  /// The first document of a file, with or without OpenCV's first line.
+  /// The first document of a file, with or without OpenCV's first line; JSON, which is YAML; and XML of OpenCV's
+  /// FileStorage, as the same file would be in YAML.
   /// throws   Io: no such file; Input: too large, no YAML
   static YamlValue read(const std::filesystem::path& file);
 
@@ -85,7 +86,7 @@ class YamlValue {
   std::shared_ptr<const YAML::Node> node_;
 };
 
-/// Whether a file is a map in YAML, for formats that are told apart by their keys; nullptr: it is none.
+/// Whether a file is a map in YAML, or in what YamlValue::read() takes for it, for formats that are told apart by their keys; nullptr: it is none.
 /// throws   as YamlValue::read
 std::unique_ptr<YamlValue> yaml_map_of(const std::filesystem::path& file);
 

@@ -90,6 +90,17 @@ fs::path write_vins_sample(const fs::path& folder, const More& more) {
   return folder / "config.yaml";
 }
 
+fs::path write_orb_slam_sample(const fs::path& folder, const More& more) {
+  core::write_file(folder / "settings.yaml",
+                   "%YAML:1.0\nCamera.type: PinHole\nCamera1.fx: 30\nCamera1.fy: 30\n"
+                   "Camera1.cx: 32\nCamera1.cy: 24\nCamera1.k1: 0.1\nCamera1.k2: 0\n"
+                   "Camera1.p1: 0\nCamera1.p2: 0\nCamera.width: 64\nCamera.height: 48\n"
+                   "IMU.T_b_c1: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: f\n"
+                   "   data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n" +
+                       more_key(more, 0, ""));
+  return folder / "settings.yaml";
+}
+
 fs::path write_colmap_sample(const fs::path& folder, const More& more) {
   core::write_file(folder / "cameras.txt",
                    "1 PINHOLE 64 48 30 30 32 24\n2 PINHOLE 64 48 30 30 32 24\n");
@@ -133,10 +144,10 @@ fs::path write_xlsx_sample(const fs::path& folder, const More& more) {
 
 const std::map<std::string_view, Sample>& samples() {
   static const std::map<std::string_view, Sample> table = {
-      {"colmap", {2, write_colmap_sample}}, {"csv", {2, write_csv_sample}},
-      {"kalibr", {2, write_kalibr_sample}}, {"opencv", {6, write_opencv_sample}},
-      {"ros", {2, write_ros_sample}},       {"vins", {5, write_vins_sample}},
-      {"xlsx", {2, write_xlsx_sample}},
+      {"colmap", {2, write_colmap_sample}},     {"csv", {2, write_csv_sample}},
+      {"kalibr", {2, write_kalibr_sample}},     {"opencv", {6, write_opencv_sample}},
+      {"orb_slam", {1, write_orb_slam_sample}}, {"ros", {2, write_ros_sample}},
+      {"vins", {5, write_vins_sample}},         {"xlsx", {2, write_xlsx_sample}},
   };
   return table;
 }
