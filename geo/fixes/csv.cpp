@@ -3,11 +3,12 @@
 
 #include "core/error.h"
 #include "geo/fixes/angles.h"
+#include "geo/fixes/column_units.h"
 #include "geo/fixes/csv_table.h"
 #include "geo/fixes/csv_times.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/text.h"
-#include "geo/fixes/units.h"
+#include "geo/units.h"
 
 namespace terracast::geo {
 namespace {
@@ -31,15 +32,24 @@ class CsvFixes final : public FixFormat {
               "where the table has no heights, with above = \"ground\".",
               core::Constraint{.min_size = 2, .max_size = 3});
     visit.key("angle_unit", angle_unit_,
-              "Of latitude and longitude; dms: written like 46\u00B0 30' 12.5\" N.",
-              core::one_of({"deg", "rad", "dms"}));
-    visit.key("length_unit", length_unit_, "Of heights, or of x, y, z.", core::one_of({"m", "ft"}));
+              "Of latitude and longitude; deg_e7: ten millionths of a degree; dms: written like "
+              "46\u00B0 30' 12.5\" N. Empty: as the columns' names say (lat_rad), or else deg; the "
+              "log tells.",
+              core::one_of({"", "deg", "rad", "deg_e7", "dms"}));
+    visit.key(
+        "length_unit", length_unit_,
+        "Of heights, or of x, y, z. Empty: as the columns' names say (alt_ft, height (feet)), "
+        "or else m; the log tells.",
+        core::one_of({"", "m", "ft", "km", "cm", "mm"}));
     times_.describe(visit);
     visit.key("attitude_columns", attitude_columns_,
               "Names of the columns of a quaternion w, x, y, z, or of the angles yaw, pitch, roll "
               "about z, then y, then x; empty: no attitude.");
-    visit.key("attitude_unit", attitude_unit_, "Of yaw, pitch, roll; of the gimbal's too.",
-              core::one_of({"deg", "rad"}));
+    visit.key(
+        "attitude_unit", attitude_unit_,
+        "Of yaw, pitch, roll; of the gimbal's too. Empty: as the columns' names say (roll_rad), "
+        "or else deg; the log tells.",
+        core::one_of({"", "deg", "rad"}));
     visit.key("attitude_axes", attitude_axes_,
               "The body's axes: forward left up, forward right down, or right down forward.",
               core::one_of({"flu", "frd", "rdf"}));
@@ -56,7 +66,10 @@ class CsvFixes final : public FixFormat {
     visit.key(
         "speed_column", speed_column_,
         "Name of a column of speeds over ground, which the motion is compared with; or empty.");
-    visit.key("speed_unit", speed_unit_, "Its unit.", core::one_of({"mps", "kn", "kmh"}));
+    visit.key(
+        "speed_unit", speed_unit_,
+        "Its unit. Empty: as the column's name says (speed [mph]), or else mps; the log tells.",
+        core::one_of({"", "mps", "kn", "kmh", "mph"}));
   }
 
   void validate() const override {
@@ -105,6 +118,7 @@ class CsvFixes final : public FixFormat {
       result.fixes.back().time_s = times.next_s(row);
     }
     times.remark(result);
+    columns.remark(result);
     std::set<std::size_t> used = columns.all();
     used.insert(times.column());
     const std::array ignored = {
@@ -115,12 +129,35 @@ class CsvFixes final : public FixFormat {
   }
 
  private:
+  /// A column, and what its numbers are of metres, degrees or metres a second.
+  struct Column {
+    std::size_t index = 0;
+    ColumnUnit unit;
+  };
+
   struct Columns {
-    Columns(const CsvFixes& options, const CsvTable& table, bool has_heights)
-        : place(place_indices(options, table, has_heights)),
-          attitude(indices(options.attitude_columns_, table)),
-          gimbal(indices(options.gimbal_columns_, table)) {
-      if (!options.speed_column_.empty()) speed = table.column(options.speed_column_);
+    Columns(const CsvFixes& options, const CsvTable& table, bool has_heights) {
+      const auto add = [&](std::vector<Column>& columns, std::size_t index, Quantity quantity,
+                           std::string_view key, std::string_view stated) {
+        columns.push_back({index, ColumnUnit(quantity, table.column_names()[index], key, stated)});
+      };
+      const bool is_geodetic = options.frame() == FixFrame::Geodetic;
+      const bool is_in_degrees = options.angle_unit_ == "dms";
+      for (const std::size_t index : place_indices(options, table, has_heights))
+        if (is_geodetic && place.size() < 2)
+          add(place, index, Quantity::Angle, "angle_unit",
+              is_in_degrees ? "deg" : options.angle_unit_);
+        else
+          add(place, index, Quantity::Length, "length_unit", options.length_unit_);
+      const bool is_quaternion = options.attitude_columns_.size() == 4;
+      for (const std::size_t index : indices(options.attitude_columns_, table))
+        add(attitude, index, Quantity::Angle, "attitude_unit",
+            is_quaternion ? "deg" : options.attitude_unit_);
+      for (const std::size_t index : indices(options.gimbal_columns_, table))
+        add(gimbal, index, Quantity::Angle, "attitude_unit", options.attitude_unit_);
+      if (!options.speed_column_.empty())
+        add(speed, table.column(options.speed_column_), Quantity::Speed, "speed_unit",
+            options.speed_unit_);
     }
     static std::vector<std::size_t> place_indices(const CsvFixes& options, const CsvTable& table,
                                                   bool has_heights) {
@@ -140,24 +177,28 @@ class CsvFixes final : public FixFormat {
       return result;
     }
     std::set<std::size_t> all() const {
-      std::set<std::size_t> result(place.begin(), place.end());
-      result.insert(attitude.begin(), attitude.end());
-      result.insert(gimbal.begin(), gimbal.end());
-      if (speed) result.insert(*speed);
+      std::set<std::size_t> result;
+      for (const std::vector<Column>* columns : {&place, &attitude, &gimbal, &speed})
+        for (const Column& column : *columns) result.insert(column.index);
       return result;
     }
-    std::vector<std::size_t> place, attitude, gimbal;
-    std::optional<std::size_t> speed;
+    void remark(FixTable& result) const {
+      for (const std::vector<Column>* columns : {&place, &attitude, &gimbal, &speed})
+        for (const Column& column : *columns)
+          if (!column.unit.remark.empty()) result.remarks.push_back(column.unit.remark);
+    }
+    std::vector<Column> place, attitude, gimbal;
+    std::vector<Column> speed;  ///< one or none
   };
 
   /// Nothing where one of the cells is empty.
   static std::optional<std::vector<double>> numbers(const CsvTable& table, std::size_t row,
-                                                    const std::vector<std::size_t>& columns) {
+                                                    const std::vector<Column>& columns) {
     std::vector<double> values;
-    for (const std::size_t column : columns) {
-      const auto value = table.number(row, column);
+    for (const Column& column : columns) {
+      const auto value = table.number(row, column.index);
       if (!value) return std::nullopt;
-      values.push_back(*value);
+      values.push_back(*value * column.unit.si);
     }
     if (values.empty()) return std::nullopt;
     return values;
@@ -169,29 +210,23 @@ class CsvFixes final : public FixFormat {
     fix.place = place_of(table, row, columns.place);
     if (const auto values = numbers(table, row, columns.attitude))
       fix.attitude = attitude_of(*values, table.where(row));
-    if (const auto values = numbers(table, row, columns.gimbal)) {
-      const double unit = radians_per(attitude_unit_);
-      fix.gimbal = enu_from_body_by_ned_angles((*values)[0] * unit, (*values)[1] * unit,
-                                               (*values)[2] * unit);
-    }
-    if (columns.speed)
-      if (const auto speed = table.number(row, *columns.speed))
-        fix.speed_mps = *speed * metres_per_second_per(speed_unit_);
+    if (const auto values = numbers(table, row, columns.gimbal))
+      fix.gimbal = enu_from_body_by_ned_angles(radians_from_degrees((*values)[0]),
+                                               radians_from_degrees((*values)[1]),
+                                               radians_from_degrees((*values)[2]));
+    if (const auto values = numbers(table, row, columns.speed)) fix.speed_mps = values->front();
     return fix;
   }
 
   /// Not a number where a cell is empty.
   Eigen::Vector3d place_of(const CsvTable& table, std::size_t row,
-                           const std::vector<std::size_t>& columns) const {
+                           const std::vector<Column>& columns) const {
     Eigen::Vector3d place = Fix().place;
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      const bool is_angle = frame() == FixFrame::Geodetic && i < 2;
-      const auto value = is_angle && angle_unit_ == "dms" ? angle_of(table, row, columns[i], i)
-                                                          : table.number(row, columns[i]);
-      const double unit = !is_angle              ? metres_per(length_unit_)
-                          : angle_unit_ == "rad" ? degrees_per("rad")
-                                                 : 1.0;
-      if (value) place[static_cast<Eigen::Index>(i)] = *value * unit;
+      const bool is_written = angle_unit_ == "dms" && frame() == FixFrame::Geodetic && i < 2;
+      const auto value = is_written ? angle_of(table, row, columns[i].index, i)
+                                    : table.number(row, columns[i].index);
+      if (value) place[static_cast<Eigen::Index>(i)] = *value * columns[i].unit.si;
     }
     return place;
   }
@@ -219,8 +254,9 @@ class CsvFixes final : public FixFormat {
              rotation.norm());
       rotation.normalize();
     } else {
-      const double unit = radians_per(attitude_unit_);
-      rotation = rotation_by_angles(values[0] * unit, values[1] * unit, values[2] * unit);
+      rotation =
+          rotation_by_angles(radians_from_degrees(values[0]), radians_from_degrees(values[1]),
+                             radians_from_degrees(values[2]));
     }
     if (attitude_inverse_) rotation = rotation.conjugate();
     rotation = rotation * axes_from_body(attitude_axes_);
@@ -231,17 +267,17 @@ class CsvFixes final : public FixFormat {
   std::string decimal_sign_ = ".";
   std::string frame_ = "geodetic";
   std::vector<std::string> place_columns_ = {"latitude_deg", "longitude_deg", "height_m"};
-  std::string angle_unit_ = "deg";
-  std::string length_unit_ = "m";
+  std::string angle_unit_;
+  std::string length_unit_;
   CsvTimeOptions times_;
   std::vector<std::string> attitude_columns_;
-  std::string attitude_unit_ = "deg";
+  std::string attitude_unit_;
   std::string attitude_axes_ = "frd";
   std::string attitude_frame_ = "ned";
   bool attitude_inverse_ = false;
   std::vector<std::string> gimbal_columns_;
   std::string speed_column_;
-  std::string speed_unit_ = "mps";
+  std::string speed_unit_;
 };
 
 // By the keys that name columns; a column that none of them names is not known.

@@ -1,12 +1,11 @@
 #include "geo/fixes/csv_times.h"
 
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
+#include "geo/fixes/column_units.h"
 #include "geo/fixes/text.h"
-#include "geo/fixes/units.h"
 
 namespace terracast::geo {
 namespace {
@@ -50,28 +49,11 @@ void CsvTimeOptions::describe(core::SchemaVisitor& visit) {
 }
 
 std::string time_unit_of_name(std::string_view name) {
-  struct Word {
-    std::string_view word, unit;
-  };
-  constexpr std::array kWords = {
-      Word{"s", "s"},        Word{"sec", "s"},           Word{"secs", "s"},
-      Word{"seconds", "s"},  Word{"ms", "ms"},           Word{"msec", "ms"},
-      Word{"millis", "ms"},  Word{"milliseconds", "ms"}, Word{"us", "us"},
-      Word{"\u00B5s", "us"}, Word{"\u03BCs", "us"},      Word{"usec", "us"},
-      Word{"micros", "us"},  Word{"microseconds", "us"}, Word{"ns", "ns"},
-      Word{"nsec", "ns"},    Word{"nanos", "ns"},        Word{"nanoseconds", "ns"}};
   const std::string lower = in_lower_case(name);
-  std::string_view rest = lower;
-  while (!rest.empty() && (rest.back() == ']' || rest.back() == ')' || rest.back() == ' '))
-    rest.remove_suffix(1);
-  const std::size_t begin = rest.find_last_of("_ [(-.");
-  if (begin == std::string_view::npos) return "";
+  const std::string unit = unit_of_name(Quantity::Time, lower);
   const bool is_unix =
       lower.find("unix") != std::string::npos || lower.find("epoch") != std::string::npos;
-  for (const Word& word : kWords)
-    if (rest.substr(begin + 1) == word.word)
-      return fmt::format("{}{}", is_unix ? "unix_" : "", word.unit);
-  return "";
+  return unit.empty() || !is_unix ? unit : "unix_" + unit;
 }
 
 CsvTimes::CsvTimes(const CsvTimeOptions& options, const CsvTable& table)
@@ -122,7 +104,7 @@ double CsvTimes::number_s(std::size_t row) {
          table_.where(row), table_.column_names()[column_], cell.substr(0, 80), unit_,
          stated_time(cell, 0.0) ? "text" : "clock");
   const double number = *table_.number(row, column_);
-  const double time_s = number * seconds_per(unit_);
+  const double time_s = number * si_per(Quantity::Time, unit_);
   if (unit_.starts_with("unix")) {
     const std::string_view fits = unit_of_unix_time(number);
     if (!is_unix_time(time_s))
@@ -142,7 +124,9 @@ void CsvTimes::remark(FixTable& result) const {
   if (is_unit_found_ && unit_ != "s")
     result.remarks.push_back(fmt::format("{} is read as time_unit = \"{}\", as {} says", name,
                                          unit_, named.empty() ? "its first cell" : "its name"));
-  if (!is_unit_found_ && !named.empty() && seconds_per(named) != seconds_per(unit_))
+  const bool is_number = unit_ != "text" && unit_ != "clock";
+  if (!is_unit_found_ && is_number && !named.empty() &&
+      si_per(Quantity::Time, named) != si_per(Quantity::Time, unit_))
     result.remarks.push_back(fmt::format("{} is read as time_unit = \"{}\", while its name says {}",
                                          name, unit_, named));
   if (!unix_unit_.empty())

@@ -77,7 +77,8 @@ struct UnitName {
 constexpr std::array kLengths = {UnitName{"", 1.0}, UnitName{"m", 1.0},
                                  UnitName{"ft", metres_from_feet(1.0)}};
 constexpr std::array kSpeeds = {UnitName{"", 1.0}, UnitName{"m/s", 1.0},
-                                UnitName{"km/h", 1.0 / 3.6}, UnitName{"mph", 0.44704}};
+                                UnitName{"km/h", 1.0 / 3.6},
+                                UnitName{"mph", kMetresPerSecondPerMileAnHour}};
 constexpr std::array kAngles = {UnitName{"", 1.0}, UnitName{"\u00B0", 1.0}, UnitName{"deg", 1.0}};
 
 /// A number with its unit: "85.80m", "0.3M", "281.5ft". Nothing where the unit is another.

@@ -1,6 +1,7 @@
 // Tables as they are written in the wild: separators, decimal commas, comments, times in any unit, angles in words.
 
 #include "geo/fixes/angles.h"
+#include "geo/fixes/column_units.h"
 #include "geo/fixes/csv_times.h"
 #include "geo/fixes/times.h"
 #include "tests/geo/fixes_support.h"
@@ -61,6 +62,57 @@ TEST(FixTimes, AreReadInAllFormsOfIso8601AndOfRecorders) {
   EXPECT_EQ(*seconds_of_clock("100:00:01.5"), 360001.5);
   for (const char* wrong : {"1:2:3", "00:01", "00:01:02,", "00:01:02 x"})
     EXPECT_FALSE(seconds_of_clock(wrong)) << wrong;
+}
+
+TEST_F(CsvFiles, NumbersAreInTheUnitThatAKeyOrElseTheColumnsNameStates) {
+  struct Case {
+    Quantity quantity;
+    const char *name, *unit;
+  };
+  for (const Case& one :
+       {Case{Quantity::Length, "height_m", "m"}, Case{Quantity::Length, "alt_ft", "ft"},
+        Case{Quantity::Length, "height_above_takeoff(feet)", "ft"},
+        Case{Quantity::Length, "Altitude [m]", "m"}, Case{Quantity::Length, "z.mm", "mm"},
+        Case{Quantity::Length, "altitude", ""}, Case{Quantity::Length, "m", ""},
+        Case{Quantity::Length, "alt_msl", ""}, Case{Quantity::Speed, "speed(mph)", "mph"},
+        Case{Quantity::Speed, "speed [km/h]", "kmh"}, Case{Quantity::Speed, "gs_kt", "kn"},
+        Case{Quantity::Speed, "v (m/s)", "mps"}, Case{Quantity::Speed, "speed", ""},
+        Case{Quantity::Angle, "lat_rad", "rad"}, Case{Quantity::Angle, "yaw(degrees)", "deg"},
+        Case{Quantity::Angle, "lon_e7", "deg_e7"}, Case{Quantity::Angle, "lat (\u00B0)", "deg"},
+        Case{Quantity::Angle, "latitude", ""}})
+    EXPECT_EQ(unit_of_name(one.quantity, one.name), one.unit) << one.name;
+
+  const auto first = [&](const std::string& names, const std::string& cells,
+                         const std::string& keys) {
+    return read("csv", keys, names + "\n" + cells + "\n");
+  };
+  const std::string columns =
+      "place_columns = [\"lat_e7\", \"lon(rad)\", \"alt(feet)\"]\nspeed_column = \"speed(mph)\"\n"
+      "attitude_columns = [\"yaw_rad\", \"pitch_rad\", \"roll_rad\"]\nattitude_frame = \"enu\"\n"
+      "attitude_axes = \"flu\"\n";
+  const std::string names =
+      "time_s,lat_e7,lon(rad),alt(feet),speed(mph),yaw_rad,pitch_rad,roll_rad";
+  const FixTable by_name = first(names, "0,460000000,0.1,1000,60,0.5,0,0", columns);
+  const Fix& fix = by_name.fixes.at(0);
+  EXPECT_NEAR(fix.place[0], 46.0, 1e-12);
+  EXPECT_NEAR(fix.place[1], 18.0 / 3.14159265358979323846, 1e-12);
+  EXPECT_NEAR(fix.place[2], 304.8, 1e-10);
+  EXPECT_NEAR(*fix.speed_mps, 26.8224, 1e-12);
+  EXPECT_NEAR(fix.attitude->angularDistance(Eigen::Quaterniond::Identity()), 0.5, 1e-12);
+  EXPECT_THAT(by_name.remarks, testing::IsSupersetOf(
+                                   {testing::HasSubstr("alt(feet) is read as length_unit = \"ft\", "
+                                                       "as its name says"),
+                                    testing::HasSubstr("speed(mph) is read as speed_unit")}));
+  const FixTable by_key =
+      first(names, "0,460000000,0.1,1000,60,0.5,0,0", columns + "length_unit = \"m\"\n");
+  EXPECT_EQ(by_key.fixes.at(0).place[2], 1000.0);
+  EXPECT_THAT(by_key.remarks,
+              testing::Contains(testing::HasSubstr(
+                  "alt(feet) is read as length_unit = \"m\", while its name says ft")));
+  // What says nothing is in metres and degrees, without a word.
+  const FixTable plain = first("time_s,latitude_deg,longitude_deg,height_m", "0,1,2,3", "");
+  EXPECT_EQ(plain.fixes.at(0).place, Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(plain.remarks.empty());
 }
 
 TEST_F(CsvFiles, TimesAreInTheUnitThatTheColumnsNameOrAKeyStates) {
