@@ -7,14 +7,19 @@ using SightTags = TagsOf<kSightTags>;
 
 /// Whether tags say that a thing rises above the ground.
 bool states_height(const SightTags& tags) {
-  return tags.most("height") || tags.most("building:levels").value_or(0.0) > 0.0 ||
-         tags.has("building:min_level") || tags.has("roof:levels") || tags.has("roof:shape");
+  using Key = SightTags::AmountKey;
+  for (const Key& key : {Key("height"), Key("building:levels"), Key("building:min_level"),
+                         Key("min_height"), Key("roof:levels"), Key("roof:height")})
+    if (tags.most(key).value_or(0.0) > 0.0) return true;
+  // A flat roof may be the ground above a cellar.
+  return tags.has("roof:shape") && tags.value("roof:shape") != "flat";
 }
 
+/// Of what states no height above the ground.
 bool is_cellar(const SightTags& tags) {
-  const bool is_parking = tags.value("parking") == "underground";
-  const bool has_cellars = tags.most("building:levels:underground").value_or(0.0) > 0.0;
-  return (is_parking || has_cellars) && !states_height(tags);
+  if (tags.value("parking") == "underground") return true;
+  const std::optional<double> storeys = tags.most("building:levels");
+  return storeys && *storeys == 0.0 && tags.most("building:levels:underground").value_or(0.0) > 0.0;
 }
 
 bool is_all_below_0(const std::optional<Amount>& levels) { return levels && levels->highest < 0.0; }
@@ -29,11 +34,18 @@ Sight sight_of(const FeatureTags& all, SightOf what) {
     return Sight::Indoors;
   if (is_one_of(location, "underground|subterranean|below_ground")) return Sight::BelowGround;
   if (is_one_of(location, "underwater|undersea")) return Sight::BelowWater;
-  if (tags.is_yes("tunnel") || is_all_below_0(tags.amount("level"))) return Sight::BelowGround;
-  if (what != SightOf::Way && is_all_below_0(tags.amount("layer"))) return Sight::BelowGround;
-  if ((what == SightOf::Body || what == SightOf::Area) && is_cellar(tags))
+  const bool is_tunnel = tags.is_yes("tunnel");
+  const bool is_roofed =
+      is_one_of(tags.word("tunnel"), "building_passage|avalanche_protector|covered");
+  if (is_tunnel && !is_roofed) return Sight::BelowGround;
+  const bool rises = states_height(tags);
+  if (is_all_below_0(tags.amount("level")) && !(what == SightOf::Building && rises))
     return Sight::BelowGround;
-  return tags.is_yes("covered") ? Sight::Covered : Sight::Open;
+  const bool is_line = what == SightOf::Way || what == SightOf::Waterway;
+  if (!is_line && !rises && is_cellar(tags)) return Sight::BelowGround;
+  const bool is_covered = is_tunnel || tags.is_yes("covered");
+  if (is_covered && is_all_below_0(tags.amount("layer"))) return Sight::BelowGround;
+  return is_covered && what != SightOf::Building ? Sight::Covered : Sight::Open;
 }
 
 bool HiddenCounts::is_hidden(const FeatureTags& tags, SightOf what) {

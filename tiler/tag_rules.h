@@ -128,6 +128,8 @@ class TagsOf {
     return text == nullptr ? std::nullopt : flag_of(key.rule(), *text);
   }
   bool is_yes(FlagKey key) const { return flag(key).value_or(false); }
+  /// The word that says how it is so; "": there is none.
+  std::string_view word(FlagKey key) const { return tags_->value(key.rule().name); }
   std::optional<Amount> amount(AmountKey key) const {
     const std::string* text = tags_->find(key.rule().name);
     return text == nullptr ? std::nullopt : amount_of(key.rule(), *text);

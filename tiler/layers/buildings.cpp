@@ -42,7 +42,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 12;
+constexpr int kBuildingsVersion = 13;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -383,7 +383,7 @@ void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
 void leave_out_hidden(FeatureSet& features) {
   HiddenCounts hidden;
   std::erase_if(features.features, [&](const VectorFeature& feature) {
-    return hidden.is_hidden(feature.tags, SightOf::Body);
+    return hidden.is_hidden(feature.tags, SightOf::Building);
   });
   hidden.append_to(features.counts);
 }

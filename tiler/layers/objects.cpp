@@ -23,7 +23,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where, or what things look like, changes.
-constexpr int kObjectsVersion = 6;
+constexpr int kObjectsVersion = 7;
 
 class ObjectsLayer final : public Layer {
  public:
@@ -55,7 +55,7 @@ class ObjectsLayer final : public Layer {
       HiddenCounts hidden;
       std::erase_if(features.features, [&](const VectorFeature& feature) {
         return hidden.is_hidden(feature.tags,
-                                feature.kind == FeatureKind::Line ? SightOf::Way : SightOf::Body);
+                                feature.kind == FeatureKind::Line ? SightOf::Way : SightOf::Thing);
       });
       hidden.append_to(features.counts);
       ledger_.merge(features.ledger);

@@ -28,7 +28,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features give other water.
-constexpr int kVersion = 4;
+constexpr int kVersion = 5;
 
 /// So many places of a lake are asked for its level at most, and of its shore.
 constexpr int kLakePlaces = 24;  // along a side
