@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace terracast::tiler {
 namespace {
@@ -118,7 +119,7 @@ std::string decimal_digits(std::string_view token) {
       whole.front() != '0')
     return "";
   char grouping = 0;
-  for (const char sign : {'.', ',', ' '}) {
+  for (const char sign : {'.', ',', ' ', '\''}) {
     if (whole.find(sign) == std::string_view::npos) continue;
     if (grouping != 0 || !groups_by_three(whole, sign)) return "";
     grouping = sign;
@@ -127,7 +128,7 @@ std::string decimal_digits(std::string_view token) {
   for (const char c : whole)
     if (is_digit(c)) digits += c;
   if (digits.empty()) digits = "0";
-  if (part.find(' ') != std::string_view::npos) return "";
+  if (part.find_first_of(" '") != std::string_view::npos) return "";
   return part.empty() ? digits : digits + "." + std::string(part);
 }
 
@@ -141,14 +142,21 @@ std::size_t size_of_digits(std::string_view text) {
       ++size;
       continue;
     }
-    // A blank before three digits and no more groups digits.
-    const bool groups = c == ' ' && size > 0 && size + 3 < text.size() && digit_follows &&
-                        is_digit(text[size + 2]) && is_digit(text[size + 3]) &&
+    // A blank or an apostrophe before three digits and no more groups digits: no inches have three.
+    const bool groups = (c == ' ' || c == '\'') && size > 0 && size + 3 < text.size() &&
+                        digit_follows && is_digit(text[size + 2]) && is_digit(text[size + 3]) &&
                         (size + 4 == text.size() || !is_digit(text[size + 4]));
     if (!groups) break;
     ++size;
   }
   return size;
+}
+
+/// The dot after a whole number that ends a sentence, and is neither decimal nor half of "..".
+void skip_full_stop(std::string_view digits, std::string_view& rest) {
+  if (!std::all_of(digits.begin(), digits.end(), is_digit)) return;
+  if (rest == "." || (rest.starts_with(".") && (rest[1] == ' ' || rest[1] == ';')))
+    rest.remove_prefix(1);
 }
 
 std::optional<double> take_number(std::string_view& rest) {
@@ -159,6 +167,7 @@ std::optional<double> take_number(std::string_view& rest) {
   std::string digits = decimal_digits(left.substr(0, size));
   if (size == 0 || digits.empty()) return std::nullopt;
   left.remove_prefix(size);
+  skip_full_stop(digits, left);
   // As programs write the very large and the very small.
   if (left.size() >= 2 && left[0] == 'e') {
     const std::size_t first = left[1] == '-' || left[1] == '+' ? 2 : 1;
@@ -178,7 +187,7 @@ std::optional<double> take_number(std::string_view& rest) {
   return is_negative ? -value : value;
 }
 
-/// A number in a unit, or in that of the other end of its range.
+/// A number in a unit, or in that of others of its range or list.
 struct Measure {
   double value = 0.0;
   double unit = 0.0;  ///< 0: none stands there
@@ -232,16 +241,21 @@ double take_inches(std::string_view& rest, bool by_mark) {
 }
 
 std::optional<Measure> take_length(std::string_view& rest) {
+  const std::string_view text = rest;
   const std::optional<double> value = take_number(rest);
   if (!value) return std::nullopt;
+  const bool has_apostrophe =
+      text.substr(0, text.size() - rest.size()).find('\'') != std::string_view::npos;
   std::string_view after = rest;
   skip_blanks(after);
   const bool is_feet_mark = skip(after, "'");
-  if (is_feet_mark || skip(after, "\"")) {
-    rest = after;
-    if (!is_feet_mark) return Measure{*value, kMetresPerInch};
-  }
-  const double unit = is_feet_mark ? kMetresPerFoot : take_unit(rest, kLengths);
+  const bool is_inch_mark = !is_feet_mark && skip(after, "\"");
+  if (is_feet_mark || is_inch_mark) rest = after;
+  const double unit = is_feet_mark   ? kMetresPerFoot
+                      : is_inch_mark ? kMetresPerInch
+                                     : take_unit(rest, kLengths);
+  // 1'250" may be feet and inches gone wrong.
+  if (has_apostrophe && (unit == kMetresPerFoot || unit == kMetresPerInch)) return std::nullopt;
   if (unit != kMetresPerFoot) return Measure{*value, unit};
   return Measure{*value + std::copysign(take_inches(rest, is_feet_mark) / 12.0, *value), unit};
 }
@@ -254,27 +268,38 @@ void skip_uncertainty(std::string_view& rest) {
   skip_blanks(rest);
 }
 
+/// A number, or both ends of a range, of which one may have the unit of both. False: there is none.
 template <class Take>
-std::optional<Amount> take_range(std::string_view rest, const Take& take) {
+bool take_range(std::string_view rest, const Take& take, std::vector<Measure>& measures) {
   skip_blanks(rest);
   skip_uncertainty(rest);
   std::optional<Measure> from = take(rest);
-  if (!from) return std::nullopt;
+  if (!from) return false;
   skip_blanks(rest);
   std::optional<Measure> to = from;
   if (skip(rest, "-") || skip(rest, "..")) {
     skip_blanks(rest);
     to = take(rest);
-    if (!to) return std::nullopt;
+    if (!to) return false;
     skip_blanks(rest);
   }
-  if (!rest.empty()) return std::nullopt;
+  if (!rest.empty()) return false;
   if (from->unit == 0.0) from->unit = to->unit;
   if (to->unit == 0.0) to->unit = from->unit;
-  const auto size = [](const Measure& measure) {
-    return measure.value * (measure.unit == 0.0 ? 1.0 : measure.unit);
-  };
-  return Amount{std::min(size(*from), size(*to)), std::max(size(*from), size(*to))};
+  measures.insert(measures.end(), {*from, *to});
+  return true;
+}
+
+/// From the least to the most; what has no unit has that of the next one that has any.
+Amount amount_of(const std::vector<Measure>& measures) {
+  Amount amount{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  double unit = 0.0;
+  for (std::size_t i = measures.size(); i-- > 0;) {
+    if (measures[i].unit != 0.0) unit = measures[i].unit;
+    const double size = measures[i].value * (unit == 0.0 ? 1.0 : unit);
+    amount = {std::min(amount.lowest, size), std::max(amount.highest, size)};
+  }
+  return amount;
 }
 
 /// Ranges that one of some signs parts.
@@ -284,14 +309,11 @@ std::optional<Amount> amount_of(std::string_view text, std::string_view partings
   if (text.size() > kMostBytes) return std::nullopt;
   const std::string plain = plain_text(text);
   std::string_view rest = plain;
-  std::optional<Amount> all;
+  std::vector<Measure> measures;
   while (true) {
     const std::size_t end = std::min(rest.find_first_of(partings), rest.size());
-    const std::optional<Amount> one = take_range(rest.substr(0, end), take);
-    if (!one) return std::nullopt;
-    all = all ? Amount{std::min(all->lowest, one->lowest), std::max(all->highest, one->highest)}
-              : *one;
-    if (end == rest.size()) return all;
+    if (!take_range(rest.substr(0, end), take, measures)) return std::nullopt;
+    if (end == rest.size()) return amount_of(measures);
     rest.remove_prefix(end + 1);
   }
 }
@@ -347,12 +369,16 @@ std::optional<Amount> length_from_tag(std::string_view text) {
 }
 
 std::optional<Amount> count_from_tag(std::string_view text) {
-  return amount_of(text, ";", taker_of({}));
+  static constexpr Unit kCounted[] = {
+      {"level|levels|storey|storeys|story|stories|floor|floors|lane|lanes", 1.0}};
+  return amount_of(text, ";", taker_of(kCounted));
 }
 
 std::optional<Amount> volts_from_tag(std::string_view text) {
   static constexpr Unit kVolts[] = {{"v|volt|volts", 1.0}, {"kv", 1000.0}};
-  return amount_of(text, ";/", taker_of(kVolts));
+  constexpr double kMost_v = 2e6;  // lines have 1.1 MV at most: 110000;20 kV has two units
+  const std::optional<Amount> volts = amount_of(text, ";/", taker_of(kVolts));
+  return volts && volts->highest <= kMost_v ? volts : std::nullopt;
 }
 
 std::optional<double> speed_kmph_from_tag(std::string_view text) {

@@ -73,8 +73,14 @@ TEST(TagValues, FeetAndInchesAreOneLength) {
                            "40\xC2\xB4 6\xE2\x80\x9D"})
     EXPECT_NEAR(length_m(text), 486 * 0.0254, kRounding) << text;
   EXPECT_NEAR(length_m("7'4.5\""), 88.5 * 0.0254, kRounding);
-  // A foot has twelve inches.
-  for (const char* text : {"40'16\"", "40'6\"7", "40 ft 6", "40 ft 6 m", "40'6 m"})
+  EXPECT_NEAR(length_m("12'"), 12 * 0.3048, kRounding);
+  EXPECT_NEAR(length_m("12'6"), 12.5 * 0.3048, kRounding);
+  EXPECT_NEAR(length_m("12'06"), 12.5 * 0.3048, kRounding);
+  EXPECT_NEAR(length_m("12'11"), 155 * 0.0254, kRounding);
+  EXPECT_NEAR(length_m("12'0\""), 12 * 0.3048, kRounding);
+  // A foot has twelve inches, and no inches have three digits.
+  for (const char* text : {"40'16\"", "40'6\"7", "40 ft 6", "40 ft 6 m", "40'6 m", "12'016\"",
+                           "1'011 in", "1'011'", "1'011 ft"})
     EXPECT_FALSE(length_from_tag(text).has_value()) << text;
 }
 
@@ -95,31 +101,52 @@ TEST(TagValues, DecimalSignsAndGroupsOfAnyCountry) {
                                                                 "250.5",
                                                                 1250.5},
                                                                {"12,3456", 12.3456},
+                                                               {"1'011", 1011.0},
+                                                               {"1'250.5", 1250.5},
+                                                               {"1'250'000", 1.25e6},
+                                                               {"1\xE2\x80\x99"
+                                                                "250 m",
+                                                                1250.0},
+                                                               {"12.", 12.0},
+                                                               {"12. m", 12.0},
+                                                               {",5", 0.5},
                                                                {"1.234.567,89", 1234567.89}};
   for (const auto& [text, value] : numbers)
     EXPECT_NEAR(length_m(text), value, kRounding * value) << text;
   // Either a decimal comma or a group of three; signs that group otherwise.
   for (const char* text : {"1,250", "12,345 m", "1.25.0", "12.50,5.1", "1,25,000", "1.2,5.0",
-                           "1.25,0,0", "12 5", "12 34 m", "1 2500", "1,2 5"})
+                           "1.25,0,0", "12 5", "12 34 m", "1 2500", "1,2 5", "1'2500", "1250'500",
+                           "1'25", "1'250'00", "1.5'250", "12,", "12.5.", "12.m"})
     EXPECT_FALSE(length_from_tag(text).has_value()) << text;
 }
 
 TEST(TagValues, RangesAndListsAreAmounts) {
-  const std::vector<std::pair<std::string, Amount>> amounts = {{"3-5", {3, 5}},
-                                                               {"3 - 5 m", {3, 5}},
-                                                               {"3m-5m", {3, 5}},
-                                                               {"5-3", {3, 5}},
-                                                               {"3..5", {3, 5}},
-                                                               {"3\xE2\x80\x93"
-                                                                "5",
-                                                                {3, 5}},
-                                                               {"2;3", {2, 3}},
-                                                               {"3; 2;7", {2, 7}},
-                                                               {"2;4-6", {2, 6}},
-                                                               {"30-50 cm", {0.3, 0.5}},
-                                                               {"~3-5", {3, 5}},
-                                                               {"-2--1", {-2, -1}},
-                                                               {"5'-6'", {5 * 0.3048, 6 * 0.3048}}};
+  const std::vector<std::pair<std::string, Amount>> amounts = {
+      {"3-5", {3, 5}},
+      {"3 - 5 m", {3, 5}},
+      {"3m-5m", {3, 5}},
+      {"5-3", {3, 5}},
+      {"3..5", {3, 5}},
+      {"3\xE2\x80\x93"
+       "5",
+       {3, 5}},
+      {"2;3", {2, 3}},
+      {"3; 2;7", {2, 7}},
+      {"2;4-6", {2, 6}},
+      {"30-50 cm", {0.3, 0.5}},
+      {"~3-5", {3, 5}},
+      {"-2--1", {-2, -1}},
+      {"5'-6'", {5 * 0.3048, 6 * 0.3048}},
+      {"2 - 3 ft", {2 * 0.3048, 3 * 0.3048}},
+      {"3m-5", {3, 5}},
+      {"10;12 ft", {10 * 0.3048, 12 * 0.3048}},
+      {"10; 12 ft", {10 * 0.3048, 12 * 0.3048}},
+      {"10-12;14'", {10 * 0.3048, 14 * 0.3048}},
+      {"50;80;120 cm", {0.5, 1.2}},
+      {"3 m;4;12 ft", {4 * 0.3048, 12 * 0.3048}},
+      {"12 ft;3", {3, 12 * 0.3048}},
+      {"12.;15.", {12, 15}},
+      {"12..15", {12, 15}}};
   for (const auto& [text, amount] : amounts) {
     const auto read = length_from_tag(text);
     ASSERT_TRUE(read.has_value()) << text;
@@ -130,11 +157,37 @@ TEST(TagValues, RangesAndListsAreAmounts) {
 }
 
 TEST(TagValues, WhatIsNotReadToItsEndIsNotUnderstood) {
-  for (const char* text :
-       {"",         " ",   "tall",   "12 storeys", "12 m high", "12 x", "12m2",  "m",
-        "12.5.3 m", "nan", "inf",    "1e999",      "0x10",      "--3",  "3-",    "-",
-        "2;",       ";2",  "12 m 5", "<3",         ">3",        "12+",  "3-5-7", "\xD9\xA1\xD9\xA2",
-        "'",        "\""})
+  for (const char* text : {"",
+                           " ",
+                           "tall",
+                           "12 storeys",
+                           "12 m high",
+                           "12 x",
+                           "12m2",
+                           "m",
+                           "12.5.3 m",
+                           "nan",
+                           "inf",
+                           "1e999",
+                           "0x10",
+                           "--3",
+                           "3-",
+                           "-",
+                           "2;",
+                           ";2",
+                           "12 m 5",
+                           "<3",
+                           ">3",
+                           "12+",
+                           "3-5-7",
+                           ">10",
+                           "10+",
+                           "2+1",
+                           "4 levels",
+                           "3 storeys",
+                           "\xD9\xA1\xD9\xA2",
+                           "'",
+                           "\""})
     EXPECT_FALSE(length_from_tag(text).has_value()) << text;
   EXPECT_FALSE(length_from_tag(std::string(100'000, '9')).has_value());
 }
@@ -147,7 +200,17 @@ TEST(TagValues, CountsMayBeBrokenAndBelowZero) {
   EXPECT_EQ(count_from_tag("1-2"), (Amount{1, 2}));
   EXPECT_EQ(count_from_tag("-2"), (Amount{-2, -2}));
   EXPECT_EQ(count_from_tag("-2;-1;0"), (Amount{-2, 0}));
-  for (const char* text : {"2 m", "two", "2F", "EG", "2/3"})
+  EXPECT_EQ(count_from_tag("+3"), (Amount{3, 3}));
+  EXPECT_EQ(count_from_tag("~ 3"), (Amount{3, 3}));
+  EXPECT_EQ(count_from_tag(".5"), (Amount{0.5, 0.5}));
+  EXPECT_EQ(count_from_tag("2."), (Amount{2, 2}));
+  // What is counted may be named.
+  EXPECT_EQ(count_from_tag("4 levels"), (Amount{4, 4}));
+  EXPECT_EQ(count_from_tag("3 storeys"), (Amount{3, 3}));
+  EXPECT_EQ(count_from_tag("1 Floor"), (Amount{1, 1}));
+  EXPECT_EQ(count_from_tag("2;3 lanes"), (Amount{2, 3}));
+  // Two storeys and an attic, or three; at least ten.
+  for (const char* text : {"2 m", "two", "2F", "EG", "2/3", "2+1", ">10", "10+", "2 1/2", "3 x"})
     EXPECT_FALSE(count_from_tag(text).has_value()) << text;
 }
 
@@ -204,7 +267,11 @@ TEST(TagValues, SlopesSpeedsAndVolts) {
   EXPECT_EQ(volts_from_tag("380000;110000"), (Amount{110000, 380000}));
   EXPECT_EQ(volts_from_tag("20000/400"), (Amount{400, 20000}));
   EXPECT_EQ(volts_from_tag("110 kV"), (Amount{110000, 110000}));
-  EXPECT_FALSE(volts_from_tag("medium").has_value());
+  EXPECT_EQ(volts_from_tag("220/110 kV"), (Amount{110000, 220000}));
+  EXPECT_EQ(volts_from_tag("220;110;20 kV"), (Amount{20000, 220000}));
+  EXPECT_EQ(volts_from_tag("1.1-1.2 kV"), (Amount{1100, 1200}));
+  for (const char* text : {"medium", "110000;20 kV", "1e9"})
+    EXPECT_FALSE(volts_from_tag(text).has_value()) << text;
 }
 
 TEST(TagValues, FlagsInAllTheirSpellings) {
