@@ -17,6 +17,7 @@
 #include "core/hash.h"
 #include "tiler/gdal_formats.h"
 #include "tiler/gdal_options.h"
+#include "tiler/osm_order.h"
 #include "tiler/terrain_tiles_source.h"
 #include "tiler/text_grids.h"
 
@@ -93,7 +94,9 @@ std::string archive_of(const std::string& path) {
 /// GDAL reads more than files by such names: networks, and streams that unpack without an end.
 void check_name(const std::string& path, const std::string& written) {
   std::error_code ignored;
-  if (!path.starts_with("/vsi") || std::filesystem::exists(path, ignored)) return;
+  if (!path.starts_with("/vsi") || std::filesystem::exists(path, ignored) ||
+      path.starts_with(OrderedOsm::kFolder))
+    return;
   const bool is_zipped = path.starts_with(kZipped);
   const bool is_part = path.starts_with("/vsisubfile/");
   const std::string of = is_zipped ? path.substr(kZipped.size())

@@ -4,11 +4,11 @@
 #include <cpl_vsi.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cstring>
-#include <functional>
 #include <memory>
 #include <optional>
+
+#include "tiler/file_memo.h"
+#include "tiler/osm_text.h"
 
 namespace terracast::tiler {
 namespace {
@@ -28,22 +28,27 @@ using VsiFile = std::unique_ptr<VSILFILE, VsiCloser>;
 /// Numbers that are there.
 class Numbers {
  public:
-  void add(std::int64_t number) {
-    is_sorted_ = is_sorted_ && (numbers_.empty() || numbers_.back() <= number);
+  /// False: it comes after one that is higher.
+  bool add(std::int64_t number) {
+    const bool is_next = numbers_.empty() || numbers_.back() <= number;
+    is_sorted_ = is_sorted_ && is_next;
     numbers_.push_back(number);
+    return is_next;
   }
-  bool holds(std::int64_t number) {
-    // Files have them sorted, but for those of editors. Where some were added since, in any order, each sorting has to
-    // have been worth it.
-    if (!is_sorted_) {
-      ++num_sorted_;
-      std::sort(numbers_.begin(), numbers_.end());
-    }
+  void sort() {
+    if (!is_sorted_) std::sort(numbers_.begin(), numbers_.end());
     is_sorted_ = true;
-    return std::binary_search(numbers_.begin(), numbers_.end(), number);
   }
-  /// Whether more time goes into sorting than into reading.
-  bool is_in_no_order() const { return num_sorted_ > 1000; }
+  /// How many of some numbers there are by now; nullopt: that would take more time than reading, where nodes and ways
+  /// come in turns and in no order.
+  std::optional<std::int64_t> num_of(const std::vector<std::int64_t>& numbers) {
+    constexpr int kMostSorted = 16;
+    if (!is_sorted_ && ++num_sorted_ > kMostSorted) return std::nullopt;
+    sort();
+    return std::count_if(numbers.begin(), numbers.end(), [&](std::int64_t number) {
+      return std::binary_search(numbers_.begin(), numbers_.end(), number);
+    });
+  }
 
  private:
   std::vector<std::int64_t> numbers_;
@@ -51,77 +56,80 @@ class Numbers {
   int num_sorted_ = 0;
 };
 
-/// Counts elements that come in their order: nodes before ways, ways before relations.
+/// Counts elements in any order. Of which members come later, it is judged at the file's end.
 class Counter {
  public:
   void add_node(std::int64_t id) {
     ++census.num_nodes;
     note(id);
-    nodes_.add(id);
+    if (!nodes_.add(id)) census.has_nodes_in_order = false;
   }
-  void add_way(std::int64_t id, const std::vector<std::int64_t>& nodes) {
+  void add_way(std::int64_t id, std::vector<std::int64_t> nodes) {
     ++census.num_ways;
     note(id);
     ways_.add(id);
-    if (nodes_.is_in_no_order()) {
-      census.is_whole = false;
-      return;
-    }
-    const auto num_there = std::count_if(nodes.begin(), nodes.end(),
-                                         [&](std::int64_t node) { return nodes_.holds(node); });
-    if (num_there < 2)
-      ++census.num_ways_without_nodes;
-    else if (num_there < static_cast<std::ptrdiff_t>(nodes.size()))
-      ++census.num_ways_cut;
+    take({.is_area = false, .num_before = 0, .members = std::move(nodes)});
   }
-  void add_area(std::int64_t id, const std::vector<std::int64_t>& ways) {
+  void add_area(std::int64_t id, std::vector<std::int64_t> ways) {
     ++census.num_areas;
     note(id);
-    if (ways_.is_in_no_order()) {
-      census.is_whole = false;
-      return;
+    take({.is_area = true, .num_before = 0, .members = std::move(ways)});
+  }
+  OsmCensus finish() {
+    nodes_.sort();
+    ways_.sort();
+    for (const Waiting& waiting : waiting_) {
+      const std::int64_t num = numbers_for(waiting).num_of(waiting.members).value();
+      judge(waiting, num);
+      if (num > waiting.num_before) ++census.num_before_members;
     }
-    const bool is_whole =
-        std::all_of(ways.begin(), ways.end(), [&](std::int64_t way) { return ways_.holds(way); });
-    census.num_areas_cut += is_whole ? 0 : 1;
+    std::sort(census.deleted.begin(), census.deleted.end());
+    return std::move(census);
   }
 
   OsmCensus census;
 
  private:
+  /// A way or an area of which not all members have come yet.
+  struct Waiting {
+    bool is_area;
+    std::int64_t num_before;  ///< members that came before it
+    std::vector<std::int64_t> members;
+  };
+
   void note(std::int64_t id) { census.num_negative += id < 0 ? 1 : 0; }
+  Numbers& numbers_for(const Waiting& one) { return one.is_area ? ways_ : nodes_; }
+  void take(Waiting one) {
+    const std::optional<std::int64_t> num = numbers_for(one).num_of(one.members);
+    const auto num_members = static_cast<std::int64_t>(one.members.size());
+    if (num == num_members) return judge(one, num_members);
+    // Of hostile files alone so many are kept that this is too much.
+    num_waiting_ += one.members.size();
+    if (num_waiting_ > kMostWaiting) {
+      census.is_whole = false;
+      return;
+    }
+    one.num_before = num.value_or(0);
+    waiting_.push_back(std::move(one));
+  }
+  void judge(const Waiting& one, std::int64_t num_there) {
+    const bool is_cut = num_there < static_cast<std::int64_t>(one.members.size());
+    if (one.is_area)
+      census.num_areas_cut += is_cut ? 1 : 0;
+    else if (num_there < 2)
+      ++census.num_ways_without_nodes;
+    else
+      census.num_ways_cut += is_cut ? 1 : 0;
+  }
+
+  static constexpr std::size_t kMostWaiting = std::size_t{1} << 26;
   Numbers nodes_;
   Numbers ways_;
+  std::vector<Waiting> waiting_;
+  std::size_t num_waiting_ = 0;
 };
 
 // The text form: elements one after the other, of which attributes are looked at.
-
-/// "": there is none.
-std::string_view attribute(std::string_view element, std::string_view name) {
-  std::size_t at = 0;
-  while ((at = element.find(name, at)) != std::string_view::npos) {
-    const std::size_t end = at + name.size();
-    const bool is_name = at > 0 && std::strchr(" \t\r\n", element[at - 1]) != nullptr;
-    std::size_t quote = element.find_first_not_of(" \t\r\n", end);
-    if (is_name && quote != std::string_view::npos && element[quote] == '=') {
-      quote = element.find_first_not_of(" \t\r\n", quote + 1);
-      if (quote == std::string_view::npos || (element[quote] != '"' && element[quote] != '\''))
-        return "";
-      const std::size_t close = element.find(element[quote], quote + 1);
-      return close == std::string_view::npos ? "" : element.substr(quote + 1, close - quote - 1);
-    }
-    at = end;
-  }
-  return "";
-}
-
-std::optional<std::int64_t> number_in(std::string_view element, std::string_view name) {
-  const std::string_view text = attribute(element, name);
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
 
 class TextCounter {
  public:
@@ -132,17 +140,16 @@ class TextCounter {
       close(element.substr(1));
       return;
     }
-    const std::size_t end = std::min(element.find_first_of(" \t\r\n/"), element.size());
-    const std::string_view name = element.substr(0, end);
+    const std::string_view name = osm_element_name(element);
     if (name == "node" || name == "way" || name == "relation") {
       open(name, element);
       if (element.ends_with('/')) close(name);
     } else if (name == "nd") {
-      if (const auto node = number_in(element, "ref")) members_.push_back(*node);
-    } else if (name == "member" && attribute(element, "type") == "way") {
-      if (const auto way = number_in(element, "ref")) members_.push_back(*way);
-    } else if (name == "tag" && attribute(element, "k") == "type") {
-      const std::string_view type = attribute(element, "v");
+      if (const auto node = osm_number_in(element, "ref")) members_.push_back(*node);
+    } else if (name == "member" && osm_attribute(element, "type") == "way") {
+      if (const auto way = osm_number_in(element, "ref")) members_.push_back(*way);
+    } else if (name == "tag" && osm_attribute(element, "k") == "type") {
+      const std::string_view type = osm_attribute(element, "v");
       is_area_ = type == "multipolygon" || type == "boundary";
     }
   }
@@ -150,9 +157,9 @@ class TextCounter {
 
  private:
   void open(std::string_view name, std::string_view element) {
-    id_ = number_in(element, "id");
-    is_deleted_ =
-        attribute(element, "action") == "delete" || attribute(element, "visible") == "false";
+    id_ = osm_number_in(element, "id");
+    is_deleted_ = osm_attribute(element, "action") == "delete" ||
+                  osm_attribute(element, "visible") == "false";
     members_.clear();
     is_area_ = false;
     if (id_ && is_deleted_) counter.census.deleted.emplace_back(name.front(), *id_);
@@ -162,9 +169,9 @@ class TextCounter {
     if (name == "node")
       counter.add_node(*id_);
     else if (name == "way")
-      counter.add_way(*id_, members_);
+      counter.add_way(*id_, std::move(members_));
     else if (name == "relation" && is_area_)
-      counter.add_area(*id_, members_);
+      counter.add_area(*id_, std::move(members_));
     else if (name != "relation")
       return;
     id_.reset();
@@ -175,24 +182,6 @@ class TextCounter {
   bool is_area_ = false;
   std::vector<std::int64_t> members_;
 };
-
-/// Where the element that begins at a text's front ends; npos: not in this text.
-std::size_t end_of_element(std::string_view text) {
-  if (text.starts_with("!--")) {
-    const std::size_t end = text.find("-->");
-    return end == std::string_view::npos ? end : end + 2;
-  }
-  char quote = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (quote != 0)
-      quote = text[i] == quote ? 0 : quote;
-    else if (text[i] == '"' || text[i] == '\'')
-      quote = text[i];
-    else if (text[i] == '>')
-      return i;
-  }
-  return std::string_view::npos;
-}
 
 OsmCensus count_text(VSILFILE* file) {
   TextCounter counter;
@@ -208,7 +197,7 @@ OsmCensus count_text(VSILFILE* file) {
         break;
       }
       text.remove_prefix(start);
-      const std::size_t end = end_of_element(text.substr(1));
+      const std::size_t end = end_of_osm_element(text.substr(1));
       if (end == std::string_view::npos) break;
       counter.take(text.substr(1, end));
       text.remove_prefix(end + 2);
@@ -219,7 +208,7 @@ OsmCensus count_text(VSILFILE* file) {
       break;
     }
   }
-  return std::move(counter.counter.census);
+  return counter.counter.finish();
 }
 
 // The binary form: messages of Protocol Buffers.
@@ -366,7 +355,7 @@ class BinaryCounter {
       if (message.field() == 8) nodes = packed_steps(message.content());
       if (message.field() == 9) counter.census.has_places_in_ways = true;
     }
-    counter.add_way(id, nodes);
+    counter.add_way(id, std::move(nodes));
   }
   void take_relation(Message& message, const std::vector<std::string_view>& strings) {
     std::int64_t id = 0;
@@ -392,7 +381,7 @@ class BinaryCounter {
     std::vector<std::int64_t> ways;
     for (std::size_t i = 0; i < std::min(members.size(), kinds.size()); ++i)
       if (kinds[i] == 1) ways.push_back(members[i]);
-    counter.add_area(id, ways);
+    counter.add_area(id, std::move(ways));
   }
 };
 
@@ -431,7 +420,7 @@ OsmCensus count_binary(VSILFILE* file) {
   std::string bytes;
   const auto broken = [&] {
     counter.counter.census.is_whole = false;
-    return std::move(counter.counter.census);
+    return counter.counter.finish();
   };
   while (read_bytes(file, 4, bytes)) {
     std::size_t size = 0;
@@ -454,7 +443,24 @@ OsmCensus count_binary(VSILFILE* file) {
     const OsmCensus& census = counter.counter.census;
     if (census.num_nodes + census.num_ways > file_bytes) return broken();
   }
-  return std::move(counter.counter.census);
+  return counter.counter.finish();
+}
+
+OsmCensus count_now(const std::string& path) {
+  const VsiFile file(VSIFOpenL(path.c_str(), "rb"));
+  OsmCensus census;
+  if (!file) {
+    census.is_whole = false;
+    return census;
+  }
+  // A .pbf file begins with the length of a header, below 2^16.
+  char first[2] = {};
+  if (VSIFReadL(first, 1, sizeof first, file.get()) != sizeof first) return census;
+  VSIFSeekL(file.get(), 0, SEEK_SET);
+  const bool is_binary = first[0] == 0 && first[1] == 0;
+  census = is_binary ? count_binary(file.get()) : count_text(file.get());
+  census.is_text = !is_binary;
+  return census;
 }
 
 }  // namespace
@@ -477,19 +483,8 @@ std::vector<std::pair<std::string, std::int64_t>> OsmCensus::counts() const {
 }
 
 OsmCensus count_osm(const std::string& path) {
-  const VsiFile file(VSIFOpenL(path.c_str(), "rb"));
-  OsmCensus census;
-  if (!file) {
-    census.is_whole = false;
-    return census;
-  }
-  // A .pbf file begins with the length of a header, below 2^16.
-  char first[2] = {};
-  if (VSIFReadL(first, 1, sizeof first, file.get()) != sizeof first) return census;
-  VSIFSeekL(file.get(), 0, SEEK_SET);
-  census = first[0] == 0 && first[1] == 0 ? count_binary(file.get()) : count_text(file.get());
-  std::sort(census.deleted.begin(), census.deleted.end());
-  return census;
+  static FileMemo<OsmCensus> memo;
+  return memo.of(path, [&] { return count_now(path); });
 }
 
 }  // namespace terracast::tiler

@@ -22,6 +22,12 @@ struct OsmCensus {
   bool has_places_in_ways = false;  ///< ways hold their places themselves, and nodes are left out
   /// Numbers of what an editor has deleted (action = delete, visible = false), by kind: n, w, r; sorted.
   std::vector<std::pair<char, std::int64_t>> deleted;
+  /// Ways before their nodes and areas before their ways, whatever else of them is missing: as Overpass writes them by
+  /// "out body; >; out skel".
+  std::int64_t num_before_members = 0;
+  bool has_nodes_in_order =
+      true;              ///< by number, without which GDAL's quick table of nodes takes none
+  bool is_text = false;  ///< .osm
   bool is_whole = true;  ///< false: it could not be read to its end
 
   bool is_deleted(char kind, std::int64_t number) const;
@@ -29,10 +35,12 @@ struct OsmCensus {
   std::vector<std::pair<std::string, std::int64_t>> counts() const;
 };
 
-/// Counts an .osm or .osm.pbf file.
-/// path     as GDAL knows it
-/// cost     reads the file once; 8 bytes a node and a way
-/// throws   nothing: what cannot be read is not counted
+/// Counts an .osm or .osm.pbf file, whatever the order of its elements.
+/// path      as GDAL knows it
+/// cost      reads the file once in a process, for as long as it stays as it is; 8 bytes a node, a way, and a member of
+///           what stands before its members
+/// throws    nothing: what cannot be read is not counted
+/// threads   safe
 OsmCensus count_osm(const std::string& path);
 
 }  // namespace terracast::tiler

@@ -27,11 +27,16 @@ std::optional<std::string> scalar_text(const Json& json) {
   return text.starts_with('"') ? json.string() : text;
 }
 
-void add_json(const std::string& name, const Json& json, int depth, Tags& tags) {
-  if (depth > kDeepest) return;
+void add_json(const std::string& name, const Json& json, int depth, Tags& tags,
+              std::int64_t& num_too_deep) {
+  if (depth > kDeepest && (json.is_object() || json.is_array())) {
+    ++num_too_deep;
+    tags.emplace_back(name, json.text(-1));
+    return;
+  }
   if (json.is_object()) {
     for (const auto& [member, value] : json.members())
-      add_json(name.empty() ? member : name + "." + member, value, depth + 1, tags);
+      add_json(name.empty() ? member : name + "." + member, value, depth + 1, tags, num_too_deep);
     return;
   }
   if (!json.is_array()) {
@@ -43,7 +48,7 @@ void add_json(const std::string& name, const Json& json, int depth, Tags& tags) 
     if (const auto text = scalar_text(json.at(i)))
       list += (list.empty() ? "" : ";") + *text;
     else
-      add_json(fmt::format("{}[{}]", name, i), json.at(i), depth + 1, tags);
+      add_json(fmt::format("{}[{}]", name, i), json.at(i), depth + 1, tags, num_too_deep);
   }
   if (!list.empty()) tags.emplace_back(name, list);
 }
@@ -89,7 +94,7 @@ bool is_json(const OGRFieldDefn& field, std::string_view text) {
 
 }  // namespace
 
-Tags tags_of_fields(const OGRFeature& feature, bool is_osm) {
+Tags tags_of_fields(const OGRFeature& feature, bool is_osm, std::int64_t& num_too_deep) {
   Tags tags;
   auto& fields = const_cast<OGRFeature&>(feature);  // its getters keep texts
   for (int i = 0; i < feature.GetFieldCount(); ++i) {
@@ -112,7 +117,7 @@ Tags tags_of_fields(const OGRFeature& feature, bool is_osm) {
       } catch (const core::Error&) {  // text after all
       }
       if (json)
-        add_json(name == "tags" && json->is_object() ? "" : name, *json, 0, tags);
+        add_json(name == "tags" && json->is_object() ? "" : name, *json, 0, tags, num_too_deep);
       else
         tags.emplace_back(name, text);
     } else {

@@ -109,6 +109,7 @@ class VectorReader {
   std::int64_t num_collapsed_ = 0;
   std::int64_t num_cut_ = 0;
   std::int64_t num_passed_over_ = 0;
+  std::int64_t num_too_deep_ = 0;
   OsmCensus census_;  ///< of a file of OpenStreetMap
 };
 

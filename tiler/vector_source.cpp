@@ -17,6 +17,7 @@
 #include "tiler/geojson_crs.h"
 #include "tiler/osm_census.h"
 #include "tiler/osm_element.h"
+#include "tiler/osm_order.h"
 #include "tiler/vector_fields.h"
 #include "tiler/vector_parts.h"
 #include "tiler/vector_reader.h"
@@ -235,7 +236,7 @@ void VectorReader::take(const OGRFeature& feature, const LayerRules& rules) {
     ++num_without_geometry_;
     return;
   }
-  const FeatureTags tags(tags_of_fields(feature, rules.is_osm));
+  const FeatureTags tags(tags_of_fields(feature, rules.is_osm, num_too_deep_));
   const bool is_wanted = !options_.wanted || options_.wanted(tags);
   if (!is_wanted) {
     ++num_unwanted_;
@@ -321,17 +322,24 @@ void VectorReader::read_layers(GDALDataset& dataset) {
   for (int i = 0; i < dataset.GetLayerCount(); ++i) {
     OGRLayer* layer = dataset.GetLayer(i);
     if (!is_read(*layer, false)) continue;
-    if (layer->GetGeomType() == wkbNone) {
+    layer->ResetReading();
+    const bool states_count = layer->TestCapability(OLCFastFeatureCount) != FALSE;
+    if (layer->GetGeomType() == wkbNone && states_count) {
       num_without_geometry_ += std::max<GIntBig>(layer->GetFeatureCount(), 0);
       continue;
     }
+    if (layer->GetGeomType() == wkbNone) {
+      while (const auto feature = std::unique_ptr<OGRFeature>(layer->GetNextFeature()))
+        ++num_without_geometry_;
+      continue;
+    }
     const LayerRules& rules = rules_of(dataset, layer);
-    layer->ResetReading();
     const std::int64_t num_before = num_read_;
     while (const auto feature = std::unique_ptr<OGRFeature>(layer->GetNextFeature()))
       take(*feature, rules);
-    // What the file counts, and its reader does not give.
-    num_passed_over_ += std::max<GIntBig>(layer->GetFeatureCount() - (num_read_ - num_before), 0);
+    // What the file counts, and its reader does not give. Where the file states no number, counting would read it again.
+    if (states_count)
+      num_passed_over_ += std::max<GIntBig>(layer->GetFeatureCount() - (num_read_ - num_before), 0);
   }
 }
 
@@ -354,7 +362,7 @@ void VectorReader::check_that_some_are_left() const {
     fail(ErrorKind::Input,
          "{}: none of its {} ways has a place: they refer to nodes that the file does not hold (it "
          "holds {}); extract them with their nodes (osmium extract --strategy=complete_ways, or in "
-         "Overpass \"out body; >; out skel;\")",
+         "Overpass \"(._;>;); out body;\")",
          file_.written, census_.num_ways, census_.num_nodes);
   if (num_read_ > 0 && num_without_geometry_ == num_read_)
     fail(ErrorKind::Input,
@@ -368,6 +376,8 @@ VectorData VectorReader::read() {
   const std::string_view format = dataset->GetDriver()->GetDescription();
   const bool is_osm = format == "OSM";
   std::optional<AnyOsmNumbers> any_numbers;
+  std::unique_ptr<OrderedOsm> ordered;
+  GdalDatasetPtr source;  // in place of the file itself
   if (is_osm) {
     census_ = count_osm(gdal_path(file_));
     if (!census_.is_whole)
@@ -379,10 +389,16 @@ VectorData VectorReader::read() {
            "(osmium add-locations-to-ways leaves them out); give the file that it was made of, or "
            "turn it into GeoJSON with osmium export --index-type=none",
            file_.written, census_.num_ways_without_nodes + census_.num_ways_cut, census_.num_ways);
-    if (census_.num_negative > 0) {
-      any_numbers.emplace();
-      dataset.reset();
-      dataset = open_gdal_vectors(file_, errors_);
+    if (census_.num_before_members > 0 && !census_.is_text)
+      fail(ErrorKind::Input,
+           "{}: {} of its ways and areas stand before their nodes or ways, as no program writes a "
+           "file of this format; osmium sort FILE -o SORTED.osm.pbf puts it in order",
+           file_.written, census_.num_before_members);
+    if (census_.num_before_members > 0)
+      ordered = std::make_unique<OrderedOsm>(file_, gdal_path(file_));
+    if (census_.num_negative > 0 || !census_.has_nodes_in_order) any_numbers.emplace();
+    if (ordered || any_numbers) {
+      source = open_gdal_vectors(ordered ? ordered->file() : file_, errors_);
     }
   }
   if (format == "GeoJSON") check_geojson_crs(file_);
@@ -395,7 +411,7 @@ VectorData VectorReader::read() {
            known);
     }
   if (is_osm)
-    read_osm(*dataset);
+    read_osm(source ? *source : *dataset);
   else
     read_layers(*dataset);
   if (errors_.has_failure())
@@ -452,6 +468,8 @@ VectorData VectorReader::read() {
                   {"features cut far from the world", num_cut_}};
   if (num_passed_over_ > 0)
     data_.counts.emplace_back("features that the format's reader passed over", num_passed_over_);
+  if (num_too_deep_ > 0)
+    data_.counts.emplace_back("values nested too deeply, not understood", num_too_deep_);
   for (auto& count : census_.counts()) data_.counts.push_back(std::move(count));
   return std::move(data_);
 }

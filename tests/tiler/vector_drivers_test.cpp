@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <string>
@@ -114,11 +115,58 @@ TEST(VectorDrivers, WhatAnExtractCutsIsCounted) {
   EXPECT_TRUE(census.is_whole);
 }
 
+// Overpass writes what is asked for first, then what it needs: "out body; >; out skel qt;".
+TEST(VectorDrivers, WaysBeforeTheirNodesAreReadWhateverTheFilesOrder) {
+  const ScratchFolder folder;
+  const std::string relation =
+      "<relation id='51'><member type='way' ref='31' role='outer'/><tag k='type' "
+      "v='multipolygon'/><tag k='building' v='yes'/></relation>\n";
+  const std::string ways = way(31, {1, 2, 3, 4, 1}) + way(32, {11, 12, 13, 14, 11}) +
+                           way(33, {901, 902, 903}) + way(34, {21, 22, 900, 24, 21});
+  const std::string low = nodes(1, 0.0);
+  const std::string high = nodes(11, 0.01) + nodes(21, 0.02);
+  const auto numbers_of = [](const VectorData& data) {
+    std::vector<std::uint64_t> numbers;
+    for (const auto& feature : data.features) numbers.push_back(feature.number);
+    return numbers;
+  };
+  write_text(folder / "sorted.osm", osm(low + high + ways + relation));
+  const VectorData sorted = read(folder / "sorted.osm");
+  ASSERT_EQ(sorted.features.size(), 3U);  // way 31 is in the relation
+  for (const std::string& elements : {relation + ways + low + high, ways + high + low + relation,
+                                      low + ways + relation + high, high + low + ways + relation}) {
+    write_text(folder / "other.osm", osm(elements));
+    const VectorData data = read(folder / "other.osm");
+    EXPECT_EQ(numbers_of(data), numbers_of(sorted));
+    auto counts = counts_of(data);
+    EXPECT_EQ(counts, counts_of(sorted));
+    EXPECT_EQ(counts["ways without nodes in the file, left out"], 1);
+    EXPECT_EQ(counts["ways of which the file lacks nodes, cut short"], 1);
+    EXPECT_FALSE(counts.contains("areas of which the file lacks ways, cut or left out"));
+  }
+}
+
+// More than GDAL waits for: of ways that came first it gave a quarter.
+TEST(VectorDrivers, ManyWaysBeforeTheirNodesAreAllRead) {
+  const ScratchFolder folder;
+  constexpr int kNum = 120'000;
+  std::string ways;
+  for (int i = 0; i < kNum; ++i)
+    ways += fmt::format(
+        "<way id=\"{}\"><nd ref=\"1\"/><nd ref=\"2\"/><nd ref=\"3\"/><nd ref=\"1\"/>"
+        "<tag k=\"building\" v=\"yes\"/></way>",
+        i + 1);
+  write_text(folder / "many.osm", osm(ways + nodes(1, 0.0)));
+  EXPECT_EQ(read(folder / "many.osm").features.size(), static_cast<std::size_t>(kNum));
+}
+
 TEST(VectorDrivers, AFileOfWhichNothingIsLeftIsAnErrorWithAWayOut) {
   const ScratchFolder folder;
   write_text(folder / "ways.osm", osm(way(31, {1, 2, 3, 4, 1}) + way(32, {5, 6, 7, 5})));
-  expect_error(ErrorKind::Input, {"ways.osm", "none of its 2 ways has a place", "complete_ways"},
-               [&] { read(folder / "ways.osm"); });
+  expect_error(
+      ErrorKind::Input,
+      {"ways.osm", "none of its 2 ways has a place", "complete_ways", "(._;>;); out body;"},
+      [&] { read(folder / "ways.osm"); });
   write_text(
       folder / "null.geojson",
       R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{"a":1},"geometry":null}]})");
@@ -163,7 +211,7 @@ std::string blob(const std::string& kind, const std::string& content) {
   return size + header + body;
 }
 /// A file of one way about a square, whose nodes are there or whose places it holds itself.
-std::string pbf(bool with_nodes, bool with_places) {
+std::string pbf(bool with_nodes, bool with_places, bool is_way_first = false) {
   std::string features =
       field(4, std::string("OsmSchema-V0.6")) + field(4, std::string("DenseNodes"));
   if (with_places) features += field(5, std::string("LocationsOnWays"));
@@ -176,15 +224,16 @@ std::string pbf(bool with_nodes, bool with_places) {
     lats.push_back(std::llround(lat * 1e7));
     lons.push_back(std::llround(lon * 1e7));
   }
-  std::string groups;
+  std::string nodes;
   if (with_nodes)
-    groups += field(
+    nodes = field(
         2, field(2, field(1, steps_of(ids)) + field(8, steps_of(lats)) + field(9, steps_of(lons))));
   for (auto* values : {&ids, &lats, &lons}) values->push_back(values->front());
   std::string way = field(1, std::uint64_t{77}) + field(2, varint(1)) + field(3, varint(2)) +
                     field(8, steps_of(ids));
   if (with_places) way += field(9, steps_of(lats)) + field(10, steps_of(lons));
-  groups += field(2, field(3, way));
+  const std::string ways = field(2, field(3, way));
+  const std::string groups = is_way_first ? ways + nodes : nodes + ways;
   return blob("OSMHeader", features) + blob("OSMData", field(1, strings) + groups);
 }
 void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
@@ -208,6 +257,14 @@ TEST(VectorDrivers, PlacesHeldByWaysThemselvesAreToldAndNotReadAsNone) {
                [&] { read(folder / "none.osm.pbf"); });
 }
 
+TEST(VectorDrivers, BinaryFilesInAnotherOrderAreRefusedWithAWayOut) {
+  const ScratchFolder folder;
+  write_bytes(folder / "turned.osm.pbf", pbf(true, false, true));
+  expect_error(ErrorKind::Input,
+               {"turned.osm.pbf", "1 of its ways and areas stand before", "osmium sort"},
+               [&] { read(folder / "turned.osm.pbf"); });
+}
+
 // Whatever stands in a file, counting it ends, and stays in its bounds.
 TEST(VectorDrivers, CensusOfDamagedFilesEnds) {
   const ScratchFolder folder;
@@ -225,6 +282,33 @@ TEST(VectorDrivers, CensusOfDamagedFilesEnds) {
   write_bytes(folder / "open.osm", "<osm><node id='1'" + std::string(3 << 20, ' '));
   EXPECT_FALSE(tiler::count_osm((folder / "open.osm").string()).is_whole);
   EXPECT_FALSE(tiler::count_osm((folder / "absent.osm").string()).is_whole);
+}
+
+// Nothing is dropped in silence, however deep it lies.
+TEST(VectorDrivers, ObjectsNestedDeeplyAreKeptAsTextAndCounted) {
+  const ScratchFolder folder;
+  const auto nested = [](int levels) {
+    std::string text = "7";
+    for (int i = 0; i < levels; ++i) text = R"({"d":)" + text + "}";
+    return text;
+  };
+  write_text(
+      folder / "deep.geojson",
+      R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{"height":"9","a":)" +
+          nested(6) + R"(,"b":)" + nested(12) +
+          R"(},"geometry":{"type":"Point","coordinates":[1.5,42.5]}}]})");
+  const VectorData data = read(folder / "deep.geojson");
+  ASSERT_EQ(data.features.size(), 1U);
+  const tiler::FeatureTags& tags = data.features[0].tags;
+  EXPECT_EQ(tags.value("height"), "9");
+  EXPECT_EQ(tags.value("a.d.d.d.d.d.d"), "7");
+  EXPECT_EQ(counts_of(data).at("values nested too deeply, not understood"), 1);
+  EXPECT_EQ(std::count_if(tags.all().begin(), tags.all().end(),
+                          [](const auto& tag) {
+                            return tag.first.starts_with("b.d") &&
+                                   tag.second.find("\"d\"") != std::string::npos;
+                          }),
+            1);
 }
 
 TEST(VectorDrivers, ListsFlagsAndObjectsOfGeoJsonAreTags) {
