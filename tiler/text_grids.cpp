@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/stop.h"
+#include "tiler/file_memo.h"
 #include "tiler/gdal_support.h"
 
 namespace terracast::tiler {
@@ -72,6 +73,17 @@ void find_named(const CPLXMLNode* node, const std::string& folder,
   }
 }
 
+/// A grid of text from its first row to its last; of another format nothing.
+void read_named(const std::string& name, const std::string& written) {
+  GdalDatasetPtr grid;
+  {
+    const GdalErrors quiet;
+    if (GDALIdentifyDriverEx(name.c_str(), GDAL_OF_RASTER, kTextGrids, nullptr) != nullptr)
+      grid.reset(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kTextGrids));
+  }
+  if (grid && grid->GetRasterCount() > 0) read_rows(*grid, written);
+}
+
 /// seen  what was looked at already: a VRT may name itself, or another many times
 void read_named_by(const std::string& vrt, const std::string& written, int depth,
                    std::set<std::string>& seen) {
@@ -91,13 +103,11 @@ void read_named_by(const std::string& vrt, const std::string& written, int depth
       read_named_by(name, named, depth + 1, seen);
       continue;
     }
-    GdalDatasetPtr grid;
-    {
-      const GdalErrors quiet;
-      if (GDALIdentifyDriverEx(name.c_str(), GDAL_OF_RASTER, kTextGrids, nullptr) != nullptr)
-        grid.reset(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kTextGrids));
-    }
-    if (grid && grid->GetRasterCount() > 0) read_rows(*grid, named);
+    static FileMemo<bool> whole_ones;
+    whole_ones.of(name, [&] {
+      read_named(name, named);
+      return true;
+    });
   }
 }
 

@@ -11,7 +11,8 @@ namespace terracast::tiler {
 /// often for each row that is missing. In order, each row is found at once.
 /// dataset   of a VRT those grids of text that it names are read; one of another format is not
 /// written   the file, for messages
-/// cost      of reading the file once
+/// cost      of reading the file once; of those that a VRT names, once in a process for as long as they stay as they are
+/// threads   safe for datasets of their own
 /// throws    Input: the file ends before its last row, or a row cannot be read; Interrupted: a stop was asked for
 void read_text_grid_in_order(GDALDataset& dataset, const std::string& written);
 

@@ -1,6 +1,7 @@
 #include "tiler/text_grids.h"
 
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 
 #include "core/stop.h"
@@ -95,16 +96,41 @@ TEST(TextGrids, CutOffOnesAreErrorsAtOnce) {
     }
 }
 
-TEST(TextGrids, CutOffOnesInAVrtAreErrorsToo) {
-  const ScratchFolder folder;
-  write_grid(folder, kGrids[0], 60);
+void write_vrt_of_grid(const ScratchFolder& folder) {
   std::ofstream(folder / "grid.vrt")
       << "<VRTDataset rasterXSize=\"60\" rasterYSize=\"120\"><SRS>EPSG:4326</SRS><GeoTransform>"
          "1.47, 0.001, 0, 42.56, 0, -0.001</GeoTransform><VRTRasterBand dataType=\"Float64\" "
          "band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">grid.asc</SourceFilename>"
          "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>";
+}
+
+TEST(TextGrids, CutOffOnesInAVrtAreErrorsToo) {
+  const ScratchFolder folder;
+  write_grid(folder, kGrids[0], 60);
+  write_vrt_of_grid(folder);
   expect_error(ErrorKind::Input, {"grid.vrt", "grid.asc", "row 61 of 120"},
                [&] { prepare(world_over(folder / "grid.vrt")); });
+}
+
+// What was found of a file counts for as long as it stays as it is.
+TEST(TextGrids, OnesInAVrtAreLookedAtAgainOnceTheyChange) {
+  const ScratchFolder folder;
+  write_vrt_of_grid(folder);
+  const auto write_old = [&](int num_rows) {
+    const auto file = write_grid(folder, kGrids[0], num_rows);
+    std::filesystem::last_write_time(
+        file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  };
+  for (int i = 0; i < 2; ++i) {
+    write_old(kRows);
+    for (int k = 0; k < 2; ++k)
+      EXPECT_NEAR(prepare(world_over(folder / "grid.vrt"))->measured_height_m(42.5, 1.5005).value(),
+                  500.0 + 59.5, 0.5);
+    write_old(60);
+    for (int k = 0; k < 2; ++k)
+      expect_error(ErrorKind::Input, {"grid.vrt", "grid.asc", "row 61 of 120"},
+                   [&] { prepare(world_over(folder / "grid.vrt")); });
+  }
 }
 
 TEST(TextGrids, AStopIsHeeded) {
