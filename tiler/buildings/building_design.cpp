@@ -282,7 +282,10 @@ BuildingDesign design_building(const FeatureTags& all_tags, bool is_part,
   design.roof = guessed_roof(design.kind, around, town, own);
   if (is_part && !has_roof_tag) design.roof = RoofShape::Flat;
   for (const RoofName& name : kRoofs)
-    if (name.value == tags.value("roof:shape")) design.roof = name.shape;
+    if (name.value == tags.value("roof:shape")) {
+      design.roof = name.shape;
+      design.states_roof = true;
+    }
   // High blocks have flat roofs, whatever others of their kind have.
   const auto said_height = tags.most("height");
   const double about_m = said_height     ? *said_height

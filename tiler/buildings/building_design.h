@@ -51,6 +51,7 @@ struct BuildingDesign {
       0.0;  ///< by which a bottom above the ground is deeper: to a roof that carries it
   double storey_m = 3.0;
   RoofShape roof = RoofShape::Flat;
+  bool states_roof = false;    ///< its tags say which shape it has
   double roof_height_m = 0.0;  ///< 0: as steep as the slope says
   double roof_slope = 0.6;
   std::optional<double> roof_direction_deg;  ///< clockwise from north: where a roof falls to

@@ -545,19 +545,25 @@ class BuildingBuilder {
   double top_ = 0.0;
 };
 
+/// With a roof of that shape; nullopt: it does not fit the footprint.
+std::optional<world::Shape> pitched_shape(const BuildingPlan& plan, RoofShape roof, bool is_fine) {
+  BuildingDesign design = *plan.design;
+  if (design.roof != roof) design.roof_slope = std::min(design.roof_slope, 0.6);
+  design.roof = roof;
+  BuildingPlan other = plan;
+  other.design = &design;
+  BuildingBuilder builder(other);
+  if (!builder.add_pitched(is_fine)) return std::nullopt;
+  world::Shape shape = builder.take();
+  return is_sound(shape) ? std::optional(std::move(shape)) : std::nullopt;
+}
+
 }  // namespace
 
-RingsSteps block_of(const RingsSteps& rings) {
-  if (num_corners(rings) <= 6) return rings;
-  const Rectangle box = rectangle_round(rings.front());
-  const double area = area_m2({rings.front()}) / (kHeightStep_m * kHeightStep_m);
-  const double shrink = std::sqrt(area / (box.length_steps * box.width_steps));
-  const Vector2d along = 0.5 * shrink * box.length_steps * box.along;
-  const Vector2d across = 0.5 * shrink * box.width_steps * Vector2d(-box.along.y(), box.along.x());
-  RingsSteps block = {{}};
-  for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
-    block[0].push_back((box.middle_steps + a * along + b * across).array().round().cast<int>());
-  return block;
+bool bears_its_roof(const BuildingPlan& plan) {
+  const RoofShape roof = plan.design->roof;
+  if (roof == RoofShape::Flat) return true;
+  return plan.design->kind != BuildingKind::Canopy && pitched_shape(plan, roof, false).has_value();
 }
 
 world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail) {
@@ -574,14 +580,7 @@ world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail) {
       for (const RoofShape roof : shapes)
         for (const bool with_details : {true, false}) {
           if (with_details && !is_fine) continue;
-          BuildingDesign design = *plan.design;
-          if (design.roof != roof) design.roof_slope = std::min(design.roof_slope, 0.6);
-          design.roof = roof;
-          BuildingPlan other = plan;
-          other.design = &design;
-          BuildingBuilder builder(other);
-          if (builder.add_pitched(with_details))
-            if (world::Shape shape = builder.take(); is_sound(shape)) return shape;
+          if (auto shape = pitched_shape(plan, roof, with_details)) return *std::move(shape);
         }
     }
     for (const bool with_details : {true, false}) {

@@ -41,8 +41,7 @@ struct BuildingPlan {
 /// threads   safe
 world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail);
 
-/// The rings that a Block stands on: of many corners, a rectangle of their area, which may reach
-/// beyond them.
-RingsSteps block_of(const RingsSteps& rings);
+/// Whether the roof of its design fits its footprint; where it does not, building_shape() builds a hipped one, or none.
+bool bears_its_roof(const BuildingPlan& plan);
 
 }  // namespace terracast::tiler

@@ -404,4 +404,17 @@ Rectangle rectangle_round(const std::vector<Vector2i>& ring) {
   return best;
 }
 
+RingsSteps block_of(const RingsSteps& rings) {
+  if (num_corners(rings) <= 6) return rings;
+  const Rectangle box = rectangle_round(rings.front());
+  const double area = area_m2({rings.front()}) / (kHeightStep_m * kHeightStep_m);
+  const double shrink = std::sqrt(area / (box.length_steps * box.width_steps));
+  const Vector2d along = 0.5 * shrink * box.length_steps * box.along;
+  const Vector2d across = 0.5 * shrink * box.width_steps * Vector2d(-box.along.y(), box.along.x());
+  RingsSteps block = {{}};
+  for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+    block[0].push_back((box.middle_steps + a * along + b * across).array().round().cast<int>());
+  return block;
+}
+
 }  // namespace terracast::tiler

@@ -66,4 +66,8 @@ struct Rectangle {
 };
 Rectangle rectangle_round(const std::vector<Eigen::Vector2i>& ring);
 
+/// The rings that a block of a building stands on: of many corners, a rectangle of their area, which may reach
+/// beyond them.
+RingsSteps block_of(const RingsSteps& rings);
+
 }  // namespace terracast::tiler

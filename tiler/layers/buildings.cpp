@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <map>
@@ -129,6 +131,13 @@ class BuildingsLayer final : public Layer, public DryCover {
     ledger_ = std::move(features.ledger);
     counts_.insert(counts_.end(), town_.counts.begin(), town_.counts.end());
     counts_.insert(counts_.end(), setbacks.counts.begin(), setbacks.counts.end());
+    if (const std::int64_t num = num_roofs_that_do_not_fit(); num > 0) {
+      counts_.emplace_back("roofs of a stated shape that does not fit, built with another", num);
+      inputs.context.log.warn(
+          "{}: {} roofs have a shape (roof:shape) that does not fit their footprint or their "
+          "height; another is built",
+          name_, num);
+    }
     hash_ +=
         fmt::format(" {} {} {}", kBuildingsVersion, seed, raster ? raster->content_hash() : "");
   }
@@ -199,6 +208,24 @@ class BuildingsLayer final : public Layer, public DryCover {
 
   RingsSteps walls_of(std::size_t row) const {
     return tiler::walls_of(town_.buildings[row], ranks_[row]);
+  }
+
+  /// Of roofs that are drawn, none is missed.
+  std::int64_t num_roofs_that_do_not_fit() const {
+    std::atomic<std::int64_t> num = 0;
+    core::parallel_for(static_cast<std::int64_t>(town_.buildings.size()), [&](std::int64_t k) {
+      const auto row = static_cast<std::size_t>(k);
+      const Building& building = town_.buildings[row];
+      if (!building.design.states_roof) return;
+      BuildingPlan plan;
+      plan.rings = walls_of(row);
+      plan.design = &building.design;
+      plan.attached = building.attached;
+      plan.own = building.own;
+      plan.foundation_steps = kFoundation_m / kHeightStep_m;
+      if (!bears_its_roof(plan)) ++num;
+    });
+    return num;
   }
 
   void measure_boxes() {
