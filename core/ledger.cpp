@@ -175,8 +175,9 @@ Json Ledger::json() const {
 Ledger Ledger::of(const Json& json) {
   Ledger ledger;
   ledger.num_of_others_ = json.at("others").integer();
-  for (const auto& [name, one] : json.at("names").members()) {
-    Entry& entry = ledger.entries_[name];
+  for (const auto& member : json.at("names").members()) {
+    const Json& one = member.second;
+    Entry& entry = ledger.entries_[member.first];
     const auto times = [&](const char* what) {
       return one.has(what) ? one.at(what).integer() : std::int64_t{0};
     };

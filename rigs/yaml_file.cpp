@@ -1,5 +1,6 @@
 #include "rigs/yaml_file.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/SVD>
@@ -7,6 +8,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <sstream>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -56,6 +58,39 @@ std::string without_directive(std::string text) {
   return with_blanks_after_keys(text);
 }
 
+/// Where a document begins with what none may begin with, such as a comma, yaml-cpp makes an empty one and begins there
+/// once more, without end.
+class DocumentStarts final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (mark.pos == last_) throw YAML::ParserException(mark, "no document may begin like this");
+    last_ = mark.pos;
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+ private:
+  int last_ = -1;
+};
+
+std::vector<YAML::Node> documents_of(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStarts starts;
+  while (parser.HandleNextDocument(starts)) {
+  }
+  return YAML::LoadAll(text);
+}
+
 }  // namespace
 
 YamlValue::YamlValue(std::shared_ptr<File> file, KeyRecord::Path path, const YAML::Node& node)
@@ -70,7 +105,7 @@ YamlValue YamlValue::read(const std::filesystem::path& file) {
       return {std::make_shared<File>(File{file.string(), 0, {}}),
               {},
               node_of_opencv_xml(text, file.string())};
-    const std::vector<YAML::Node> documents = YAML::LoadAll(without_directive(text));
+    const std::vector<YAML::Node> documents = documents_of(without_directive(text));
     const auto is_stated = [](const YAML::Node& document) { return !document.IsNull(); };
     const auto num_stated = std::count_if(documents.begin(), documents.end(), is_stated);
     const auto first = std::find_if(documents.begin(), documents.end(), is_stated);

@@ -25,13 +25,13 @@ bool is_wanted(const VectorFeature& feature, const VectorOptions& wanted) {
 }
 
 void add_counts(const std::vector<std::pair<std::string, std::int64_t>>& from, FeatureSet& to) {
-  for (const auto& [name, count] : from) {
+  for (const auto& one : from) {
     const auto known = std::find_if(to.counts.begin(), to.counts.end(),
-                                    [&](const auto& entry) { return entry.first == name; });
+                                    [&](const auto& entry) { return entry.first == one.first; });
     if (known == to.counts.end())
-      to.counts.emplace_back(name, count);
+      to.counts.push_back(one);
     else
-      known->second += count;
+      known->second += one.second;
   }
 }
 

@@ -412,6 +412,16 @@ TEST(RigYaml, BadCalibrationsAreNamedByLineAndKey) {
   expect("kalibr", bomb + "*a]\n", {"more than 1000 numbers"});
 }
 
+// Until 2026-11 such a file was read without end, and took ever more memory: yaml-cpp begins a document there again and again.
+TEST(RigYaml, ADocumentThatBeginsLikeNoneIsNamedByItsLine) {
+  for (const char* text :
+       {",\n", "%YAML:1.0\n,--\nrig: r\n", "---\na: 1\n...\n]\n", "a: 1\n...\n}"}) {
+    const fs::path file = test_folder("no_document") / "chain.yaml";
+    core::write_file(file, std::string_view(text));
+    expect_error(ErrorKind::Input, {"chain.yaml:", "no YAML"}, [&] { find_rig_format(file); });
+  }
+}
+
 TEST(RigYaml, ACamchainWithoutAnImuStandsOnItsFirstCamera) {
   const fs::path file = test_folder("chain") / "chain.yaml";
   const std::string camera =

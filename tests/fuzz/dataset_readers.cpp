@@ -1,0 +1,109 @@
+// Exported datasets, of which an input replaces files.
+
+#include <array>
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include "tests/fuzz/scratch.h"
+#include "tests/fuzz/small_dataset.h"
+#include "validate/dataset.h"
+#include "validate/readers/colmap_database.h"
+#include "validate/readers/colmap_model.h"
+#include "validate/readers/georegistration.h"
+#include "validate/readers/sensors.h"
+
+namespace terracast::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// All that a dataset's files hold of a frame of a camera.
+void read_frame(const validate::Dataset& dataset, const validate::Camera& camera, int frame,
+                validate::Findings& findings) {
+  const validate::Reader& reader = validate::find_reader(dataset.format);
+  const validate::FrameFiles& files = camera.files[static_cast<std::size_t>(frame)];
+  const auto attempt = [&](const std::string& file, const auto& read) {
+    if (!file.empty()) findings.attempt(file, read);
+  };
+  attempt(files.color, [&] { reader.color(dataset, camera, frame); });
+  attempt(files.depth, [&] { reader.depth(dataset, camera, frame); });
+  attempt(files.segmentation, [&] { reader.segmentation(dataset, camera, frame); });
+  attempt(files.flow, [&] { reader.flow(dataset, camera, frame); });
+  attempt(files.disparity, [&] { reader.disparity(dataset, camera, frame); });
+  attempt(files.normals, [&] { reader.normals(dataset, camera, frame); });
+  attempt(files.instances, [&] { reader.instances(dataset, camera, frame); });
+}
+
+void read_all(const fs::path& folder, const std::string& format) {
+  validate::Findings findings;
+  const validate::Dataset dataset = validate::read_dataset(folder, format, findings);
+  const validate::Reader& reader = validate::find_reader(dataset.format);
+  for (const validate::Sequence& sequence : dataset.sequences) {
+    reader.check_mounts(sequence, findings);
+    findings.attempt("sensors.json", [&] { validate::read_sensors(dataset, sequence); });
+    for (const validate::Camera& camera : sequence.cameras)
+      for (std::size_t frame = 0; frame < camera.files.size(); ++frame)
+        read_frame(dataset, camera, static_cast<int>(frame), findings);
+  }
+  findings.lines();
+}
+
+/// Each part of the input replaces the file of its name; a part of another name replaces none.
+void read_replaced(const SmallDataset& dataset, const std::string& format, Bytes input) {
+  std::set<std::string_view> replaced;
+  for (const Part& part : parts_of(input))
+    if (dataset.files().contains(part.name)) {
+      write_bytes(dataset.folder() / part.name, part.bytes);
+      replaced.insert(part.name);
+    }
+  const auto restore = [&] {
+    for (const std::string_view name : replaced)
+      write_bytes(dataset.folder() / name, dataset.files().find(name)->second);
+  };
+  if (replaced.empty()) return;
+  try {
+    read_all(dataset.folder(), format);
+  } catch (...) {
+    restore();
+    throw;
+  }
+  restore();
+}
+
+}  // namespace
+
+#define TERRACAST_FUZZ_DATASET(format)          \
+  void fuzz_dataset_##format(Bytes input) {     \
+    static const SmallDataset dataset(#format); \
+    read_replaced(dataset, #format, input);     \
+  }
+TERRACAST_FUZZ_DATASET(coco)
+TERRACAST_FUZZ_DATASET(colmap)
+TERRACAST_FUZZ_DATASET(kitti)
+TERRACAST_FUZZ_DATASET(kitti_object)
+TERRACAST_FUZZ_DATASET(kitti_raw)
+TERRACAST_FUZZ_DATASET(terracast)
+#undef TERRACAST_FUZZ_DATASET
+
+/// COLMAP's models by themselves, without a dataset around them: parts are files of a folder.
+void fuzz_colmap_model(Bytes input) {
+  static constexpr std::array<std::string_view, 10> kNames = {
+      "cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin",
+      "cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "frames.txt"};
+  const fs::path folder = put_parts(input, kNames);
+  validate::Findings findings;
+  validate::read_colmap_text(folder, "sparse", findings);
+  validate::read_colmap_binary(folder, "sparse", findings);
+  findings.lines();
+}
+
+void fuzz_colmap_database(Bytes input) {
+  validate::read_colmap_database(put("database.db", input), "database.db");
+}
+
+void fuzz_georegistration(Bytes input) {
+  validate::read_georegistration(put("places.txt", input), "places.txt");
+}
+
+}  // namespace terracast::fuzz
