@@ -133,7 +133,9 @@ bool filter_system_calls() {
   constexpr scmp_datum_t kThread = 0x00010000;  // CLONE_THREAD
   allow("clone", {SCMP_A0(SCMP_CMP_MASKED_EQ, kThread, kThread)});
   // F_SETOWN and F_SETSIG, which could signal other processes, are not allowed.
-  for (const scmp_datum_t command : {F_GETFD, F_SETFD, F_GETFL, F_DUPFD, F_DUPFD_CLOEXEC})
+  // SQLite takes locks on what it reads; only locks of readers can be had on what is open for reading.
+  for (const scmp_datum_t command :
+       {F_GETFD, F_SETFD, F_GETFL, F_DUPFD, F_DUPFD_CLOEXEC, F_GETLK, F_SETLK})
     allow("fcntl", {SCMP_A1(SCMP_CMP_EQ, command)});
   allow("sched_setaffinity", {SCMP_A0(SCMP_CMP_EQ, 0)});
   const auto own = static_cast<scmp_datum_t>(::getpid());
@@ -149,7 +151,7 @@ Confinement confine_this_process(const ReadingLimits& limits) {
   Confinement done;
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   set_limit(RLIMIT_CORE, 0, 0);
-  set_limit(RLIMIT_FSIZE, 0, 0);  // pipes have no size
+  set_limit(RLIMIT_FSIZE, limits.file_bytes, limits.file_bytes);  // pipes have no size
   // The soft limit sends SIGXCPU; a process that is killed when memory runs out gets SIGKILL instead.
   constexpr std::uint64_t kMore_s = 5;
   const auto cpu_s = static_cast<std::uint64_t>(std::ceil(limits.cpu_s));

@@ -8,6 +8,7 @@ namespace terracast::core {
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{8} << 30;  ///< beside what it has at its start
   double cpu_s = 900.0;
+  std::uint64_t file_bytes = 0;  ///< that it may write into a file that is open
 };
 
 /// How far a process was confined. A kernel that filters no system calls, or a build for sanitizers, which take terabytes

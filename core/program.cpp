@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -55,20 +56,31 @@ std::vector<std::string> environment_with(const std::vector<std::string>& change
   return all;
 }
 
+/// Gives descriptors the numbers from 3 on.
+/// returns   false: the system does not
+bool number_descriptors(std::span<int> descriptors) {
+  constexpr int kFirst = STDERR_FILENO + 1;
+  // Out of the way first: one may have another's number.
+  for (int& one : descriptors) {
+    one = ::fcntl(one, F_DUPFD_CLOEXEC, kFirst + static_cast<int>(descriptors.size()));
+    if (one < 0) return false;
+  }
+  for (std::size_t i = 0; i < descriptors.size(); ++i)
+    if (::dup2(descriptors[i], kFirst + static_cast<int>(i)) < 0) return false;
+  return true;
+}
+
 /// Becomes the program. Between fork and exec only calls that are safe after the fork of a process
 /// with threads.
 [[noreturn]] void become(const char* program, char** arguments, char** environment, int input,
-                         int output, int third, pid_t parent) {
+                         int output, std::span<int> descriptors, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it ended before the line above
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   if (::dup2(input, 0) < 0 || ::dup2(output, 1) < 0 || ::dup2(output, 2) < 0) ::_exit(127);
-  constexpr int kThird = 3;
-  // The same number stays closed at exec, unless it is told otherwise.
-  if (third == kThird ? ::fcntl(third, F_SETFD, 0) < 0 : third >= 0 && ::dup2(third, kThird) < 0)
-    ::_exit(127);
+  if (!number_descriptors(descriptors)) ::_exit(127);
   ::execve(program, arguments, environment);
   ::_exit(127);
 }
@@ -128,11 +140,12 @@ RunningProgram::RunningProgram(const fs::path& program, const std::vector<std::s
   words.insert(words.end(), arguments.begin(), arguments.end());
   Pointers argument_pointers(std::move(words));
   Pointers environment(environment_with(options.environment));
+  std::vector<int> descriptors = options.descriptors;
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child == 0)
     become(program.c_str(), argument_pointers.get(), environment.get(), input.number(), output,
-           options.third_descriptor, parent);
+           descriptors, parent);
   if (child < 0)
     fail(ErrorKind::Io, "{}: no process can be started: {}", program.string(),
          std::generic_category().message(errno));

@@ -31,8 +31,8 @@ struct ProgramOptions {
   std::optional<std::filesystem::path> log_file = {};
   /// Variables as NAME=VALUE, beside those of this process, which they replace.
   std::vector<std::string> environment = {};
-  /// An open descriptor that it has as number 3, beside input and outputs; -1: it has none.
-  int third_descriptor = -1;
+  /// Open descriptors that it has as numbers 3, 4, … beside input and outputs.
+  std::vector<int> descriptors = {};
 };
 
 /// A program that runs beside this process, with arguments as they are: no shell reads them. Its

@@ -13,11 +13,13 @@
 #include <csignal>
 #include <cstring>
 #include <limits>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <system_error>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/printable.h"
 #include "core/program.h"
 #include "core/stop.h"
@@ -30,13 +32,43 @@ namespace fs = std::filesystem;
 
 constexpr const char* kCommand = "--read-apart";
 constexpr int kResultDescriptor = 3;
+constexpr int kFileDescriptor = 4;
 constexpr std::size_t kMostRequestBytes = 100000;
 
 constexpr const char* kWayOut =
     "it is damaged, or made to do harm: have it written anew, or leave it out";
 
-/// The first byte of an answer; behind it stands the result, or an error as JSON.
+/// The first byte of an answer; behind it stand what the process lacks of its Confinement, and the result, or an error
+/// as JSON.
 enum class Answer : std::uint8_t { Result = 'r', Error = 'e', OutOfMemory = 'm' };
+
+/// Bits of an answer's second byte.
+constexpr std::uint8_t kLacksFilter = 1;
+constexpr std::uint8_t kLacksMemoryLimit = 2;
+
+std::uint8_t lacks_of(const Confinement& done) {
+  return static_cast<std::uint8_t>((done.has_system_call_filter ? 0 : kLacksFilter) |
+                                   (done.has_memory_limit ? 0 : kLacksMemoryLimit));
+}
+
+/// Says it once, for all files that this process has read.
+void warn_of_lacks(std::uint8_t lacks) {
+  if (lacks == 0) return;
+  static std::once_flag once;
+  std::call_once(once, [&] {
+    std::string what;
+    if ((lacks & kLacksFilter) != 0)
+      what =
+          "the filter of system calls (seccomp), which its kernel or its container does not give";
+    if ((lacks & kLacksMemoryLimit) != 0)
+      what += std::string(what.empty() ? "" : ", and ") + "the limit on memory (RLIMIT_AS)";
+    Log("read").warn(
+        "files from outside are read in processes of their own that lack {}: one that is made to "
+        "do "
+        "harm can do more of it; read only files that you trust here",
+        what);
+  });
+}
 
 fs::path own_program() {
   std::error_code error;
@@ -149,12 +181,13 @@ void write_all(int descriptor, const void* data, std::size_t size) {
   }
 }
 
-void answer(Answer kind, const void* data, std::size_t size) {
-  write_all(kResultDescriptor, &kind, sizeof kind);
+void answer(Answer kind, std::uint8_t lacks, const void* data, std::size_t size) {
+  const std::array<std::uint8_t, 2> head = {static_cast<std::uint8_t>(kind), lacks};
+  write_all(kResultDescriptor, head.data(), head.size());
   write_all(kResultDescriptor, data, size);
 }
 
-void answer_error(const Error& error) {
+void answer_error(std::uint8_t lacks, const Error& error) {
   // Names in files may have bytes that are no text.
   std::vector<std::string> context;
   for (const std::string& doing : error.context()) context.push_back(printable(doing));
@@ -163,7 +196,7 @@ void answer_error(const Error& error) {
                                .set("message", printable(error.message()))
                                .set("context", Json::array_of(context))
                                .text(-1);
-  answer(Answer::Error, text.data(), text.size());
+  answer(Answer::Error, lacks, text.data(), text.size());
 }
 
 }  // namespace
@@ -173,11 +206,14 @@ std::vector<std::byte> read_apart(std::string_view kind, const Json& request,
   const std::string text = request.text(-1);
   TERRACAST_CHECK(text.size() <= kMostRequestBytes, "a request of {} bytes", text.size());
   Pipe pipe;
+  std::vector<int> descriptors = {pipe.write_end()};
+  if (options.file != nullptr) descriptors.push_back(options.file->descriptor());
   RunningProgram reader(
       own_program(),
       {kCommand, std::string(kind), text, std::to_string(options.limits.memory_bytes),
-       fmt::format("{:.0f}", options.limits.cpu_s)},
-      {.log_file = "/dev/null", .environment = {}, .third_descriptor = pipe.write_end()});
+       fmt::format("{:.0f}", options.limits.cpu_s),
+       std::to_string(options.file == nullptr ? 0 : options.limits.file_bytes)},
+      {.log_file = "/dev/null", .environment = {}, .descriptors = descriptors});
   pipe.close_write_end();
   std::optional<std::vector<std::byte>> bytes = read_to_end(pipe.read_end(), file, options);
   if (!bytes)
@@ -185,11 +221,13 @@ std::vector<std::byte> read_apart(std::string_view kind, const Json& request,
          options.most_result_bytes, kWayOut);
   constexpr double kSoon_s = 10.0;
   const std::optional<ProgramEnd> end = reader.wait(kSoon_s);
-  if (!end || !end->is_success() || bytes->empty())
+  constexpr std::size_t kHead_bytes = 2;
+  if (!end || !end->is_success() || bytes->size() < kHead_bytes)
     refuse(file, end.value_or(ProgramEnd{.kind = ProgramEnd::Kind::TimedOut, .status = 0}),
            options.limits);
   const auto first = static_cast<Answer>(bytes->front());
-  bytes->erase(bytes->begin());
+  warn_of_lacks(static_cast<std::uint8_t>((*bytes)[1]));
+  bytes->erase(bytes->begin(), bytes->begin() + kHead_bytes);
   if (first == Answer::Result) return std::move(*bytes);
   if (first == Answer::OutOfMemory)
     fail(ErrorKind::Input, "{}: reading it takes more than {:.1f} GiB of memory; {}", file,
@@ -216,12 +254,28 @@ fs::path path_of_request(const std::string& text) {
   return path;
 }
 
+void append_to_file(std::span<const std::byte> bytes, const std::string& of) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(kFileDescriptor, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && errno == EFBIG)
+      fail(ErrorKind::Input, "{}: more is made of it than a temporary file may hold; {}", of,
+           kWayOut);
+    if (count <= 0)
+      fail(ErrorKind::Io,
+           "{}: what is made of it cannot be written into the folder for temporary files ({}); "
+           "state another as TMPDIR",
+           of, std::generic_category().message(errno));
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+}
+
 bool is_reading_apart(int argc, char** argv) {
   return argc > 1 && std::strcmp(argv[1], kCommand) == 0;
 }
 
 int serve_reading(std::span<const ApartReader> readers, int argc, char** argv) {
-  constexpr int kWords = 6;
+  constexpr int kWords = 7;
   if (argc != kWords || ::fcntl(kResultDescriptor, F_GETFD) < 0) {
     fmt::print(stderr, "error: {} is for terracast itself\n", kCommand);
     return exit_status(ErrorKind::Usage);
@@ -229,23 +283,27 @@ int serve_reading(std::span<const ApartReader> readers, int argc, char** argv) {
   // Who started it is asked to stop, and ends it.
   ::signal(SIGINT, SIG_IGN);
   ::signal(SIGTERM, SIG_IGN);
-  ::close_range(kResultDescriptor + 1, ~0U, 0);
+  ::signal(SIGXFSZ, SIG_IGN);  // a write says so
+  std::uint8_t lacks = 0;
   try {
-    const ReadingLimits limits{.memory_bytes = std::stoull(argv[4]), .cpu_s = std::stod(argv[5])};
-    confine_this_process(limits);
+    const ReadingLimits limits{.memory_bytes = std::stoull(argv[4]),
+                               .cpu_s = std::stod(argv[5]),
+                               .file_bytes = std::stoull(argv[6])};
+    ::close_range(limits.file_bytes > 0 ? kFileDescriptor + 1 : kFileDescriptor, ~0U, 0);
+    lacks = lacks_of(confine_this_process(limits));
     for (const ApartReader& reader : readers) {
       if (reader.kind != argv[2]) continue;
       const std::vector<std::byte> result = reader.read(Json::parse(argv[3], "a request"));
-      answer(Answer::Result, result.data(), result.size());
+      answer(Answer::Result, lacks, result.data(), result.size());
       return 0;
     }
     fail(ErrorKind::Internal, "terracast_program reads no {}; it is of another version", argv[2]);
   } catch (const Error& error) {
-    answer_error(error);
+    answer_error(lacks, error);
   } catch (const std::bad_alloc&) {
-    answer(Answer::OutOfMemory, nullptr, 0);
+    answer(Answer::OutOfMemory, lacks, nullptr, 0);
   } catch (const std::exception& error) {
-    answer_error(Error(ErrorKind::Internal, error.what()));
+    answer_error(lacks, Error(ErrorKind::Internal, error.what()));
   }
   return 0;
 }

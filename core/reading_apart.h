@@ -9,6 +9,7 @@
 
 #include "core/confinement.h"
 #include "core/json.h"
+#include "core/unnamed_file.h"
 
 /// Reads files from outside in a process of its own: what a library does there with a file that is damaged, or made to do
 /// harm, ends with that process, and is an ordinary error here.
@@ -22,9 +23,11 @@ struct ApartReader {
 };
 
 struct ApartOptions {
-  ReadingLimits limits = {};
+  ReadingLimits limits = {};  ///< of a file no byte where none is given
   std::uint64_t most_result_bytes = std::uint64_t{4} << 30;
   double longest_s = 3600.0;  ///< by the clock, which waiting counts on too
+  /// Takes what the reader writes by append_to_file(), up to limits.file_bytes; empty before. null: nothing.
+  const UnnamedFile* file = nullptr;
 };
 
 /// A path for a request: it may have bytes that are no text.
@@ -42,6 +45,11 @@ std::filesystem::path path_of_request(const std::string& text);
 /// threads  safe; as RunningProgram
 std::vector<std::byte> read_apart(std::string_view kind, const Json& request,
                                   const std::string& file, const ApartOptions& options = {});
+
+/// For readers, in the process of read_apart(): adds to the end of the file that ApartOptions gave.
+/// of       the file that is read, for messages
+/// throws   Input: the file would grow beyond its limit; Io: it cannot be written, which a full disk is the cause of
+void append_to_file(std::span<const std::byte> bytes, const std::string& of);
 
 /// Whether a command line is one of read_apart().
 bool is_reading_apart(int argc, char** argv);
