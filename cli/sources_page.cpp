@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/ledger.h"
 #include "geo/fixes/fix_format.h"
 #include "rigs/rig_format.h"
+#include "tiler/gdal_formats.h"
 #include "tiler/known_tags.h"
 #include "tiler/objects/model_file.h"
 #include "tiler/raster_ledger.h"
@@ -23,7 +25,7 @@ using core::KnownTable;
 
 struct Chapter {
   const char* title;
-  const char* words;
+  std::string words;
   std::vector<KnownTable> tables;
 };
 
@@ -34,16 +36,31 @@ std::vector<KnownTable> tables_of_recordings() {
   return tables;
 }
 
+/// Which of GDAL's formats are read, and where.
+std::string formats_text(const char* const* all, const char* const* trodden) {
+  std::vector<std::string_view> here;
+  for (; *trodden != nullptr; ++trodden) here.emplace_back(*trodden);
+  std::vector<std::string_view> apart;
+  for (; *all != nullptr; ++all)
+    if (std::find(here.begin(), here.end(), *all) == here.end()) apart.emplace_back(*all);
+  return fmt::format(
+      "\n\nGDAL's formats {} are read by the program's own process, and {} by a process of its own "
+      "([where files can do no harm](tiler.md)).",
+      fmt::join(here, ", "), fmt::join(apart, ", "));
+}
+
 std::vector<Chapter> chapters() {
   return {
       {"Vector features",
        "Layers of buildings, roads, water and objects read any file of OGR's, and go by "
        "OpenStreetMap's "
-       "tags. [docs/tiler.md](tiler.md) says how a tag is understood.",
+       "tags. [docs/tiler.md](tiler.md) says how a tag is understood." +
+           formats_text(tiler::kVectorFormats, tiler::kTroddenVectors),
        tiler::known_tag_tables()},
       {"Rasters",
        "Heights, imagery, land cover and canopies read any raster of GDAL's. "
-       "[docs/tiler.md](tiler.md) says what counts as a height.",
+       "[docs/tiler.md](tiler.md) says what counts as a height." +
+           formats_text(tiler::kRasterFormats, tiler::kTroddenRasters),
        tiler::raster_tables()},
       {"Models", "Things that are placed as models: glTF 2, OBJ and PLY. [docs/tiler.md](tiler.md)",
        tiler::model_tables()},

@@ -31,6 +31,13 @@ const char* const kVectorFormats[] = {
     "GML", "ESRI Shapefile", "FlatGeobuf", "MapInfo File", "KML",      "LIBKML", "GPX",
     "DXF", "OpenFileGDB",    nullptr};
 
+// WebP too is what GeoPackages and MBTiles hold.
+const char* const kTroddenRasters[] = {"GTiff", "VRT",  "SRTMHGT", "PNG",  "JPEG",
+                                       "WEBP",  "GPKG", "MBTiles", nullptr};
+
+const char* const kTroddenVectors[] = {
+    "OSM", "GeoJSON", "GeoJSONSeq", "GPKG", "ESRI Shapefile", "FlatGeobuf", nullptr};
+
 namespace {
 
 /// What GDAL needs for its own use, in memory.
@@ -45,12 +52,11 @@ bool is_listed(const char* const* formats, std::string_view name) {
   return false;
 }
 
-bool is_wanted(std::string_view name) {
-  return is_listed(kRasterFormats, name) || is_listed(kVectorFormats, name) ||
-         std::find(kOwnFormats.begin(), kOwnFormats.end(), name) != kOwnFormats.end();
-}
-
-void take_drivers() {
+void take_drivers(const char* const* rasters, const char* const* vectors) {
+  const auto is_wanted = [&](std::string_view name) {
+    return is_listed(rasters, name) || is_listed(vectors, name) ||
+           std::find(kOwnFormats.begin(), kOwnFormats.end(), name) != kOwnFormats.end();
+  };
   GDALAllRegister();
   GDALDriverManager& drivers = *GetGDALDriverManager();
   std::string skipped = CPLGetConfigOption("GDAL_SKIP", "");
@@ -106,16 +112,19 @@ CPLHTTPResult* refuse_fetch(const char* address, CSLConstList, GDALProgressFunc,
   return result;
 }
 
-}  // namespace
-
-void register_gdal() {
+void register_once(const char* const* rasters, const char* const* vectors) {
   static std::once_flag once;
-  std::call_once(once, [] {
+  std::call_once(once, [&] {
     state_gdal_options();
-    take_drivers();
+    take_drivers(rasters, vectors);
     close_folders();
     CPLHTTPSetFetchCallback(refuse_fetch, nullptr);
   });
 }
+
+}  // namespace
+
+void register_gdal() { register_once(kTroddenRasters, kTroddenVectors); }
+void register_all_gdal() { register_once(kRasterFormats, kVectorFormats); }
 
 }  // namespace terracast::tiler

@@ -9,17 +9,23 @@
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <set>
 #include <string_view>
 #include <vector>
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "tiler/apart/given_dataset.h"
+#include "tiler/apart/given_features.h"
+#include "tiler/apart/given_raster.h"
+#include "tiler/apart/trodden.h"
 #include "tiler/gdal_formats.h"
 #include "tiler/gdal_options.h"
 #include "tiler/osm_order.h"
 #include "tiler/terrain_tiles_source.h"
 #include "tiler/text_grids.h"
+#include "tiler/vrt_sources.h"
 
 namespace terracast::tiler {
 
@@ -33,10 +39,11 @@ std::string GdalErrors::text() const {
   return text_.empty() ? "GDAL gives no reason" : "GDAL: " + text_;
 }
 
-void CPL_STDCALL GdalErrors::collect(CPLErr level, CPLErrorNum, const char* message) {
+void CPL_STDCALL GdalErrors::collect(CPLErr level, CPLErrorNum number, const char* message) {
   if (level < CE_Warning) return;
   auto* self = static_cast<GdalErrors*>(CPLGetErrorHandlerUserData());
   self->has_failure_ = self->has_failure_ || level >= CE_Failure;
+  self->has_lacked_memory_ = self->has_lacked_memory_ || number == CPLE_OutOfMemory;
   if (self->text_.size() < 400)
     self->text_ += (self->text_.empty() ? "" : "; ") + std::string(message);
 }
@@ -168,28 +175,79 @@ all_tags=yes
   return kFile;
 }
 
-/// The file itself, or the archive that holds it; nothing where there is none.
-bool add_plain_file(std::filesystem::path file, std::set<std::filesystem::path>& files) {
-  std::string text = file.string();
-  if (text.starts_with(kZipped)) text = text.substr(kZipped.size());
-  file = text;
+/// Nothing where there is none.
+bool add_plain_file(const std::string& name, std::set<std::filesystem::path>& files) {
+  const std::filesystem::path file = plain_file(name);
   std::error_code ignored;
-  while (file.has_relative_path() && !std::filesystem::exists(file, ignored))
-    file = file.parent_path();
   return std::filesystem::is_regular_file(file, ignored) && files.insert(file).second;
 }
 
 /// GDAL lists what a VRT names, but not what VRTs in it name.
 void add_files_of(GDALDataset& dataset, int depth, std::set<std::filesystem::path>& files) {
-  constexpr int kDeepest = 16;  // one that names itself ends earlier: its files are known already
+  const bool is_complete = dynamic_cast<const GivenDataset*>(&dataset) != nullptr;
   const std::unique_ptr<char*, decltype(&CSLDestroy)> list(dataset.GetFileList(), &CSLDestroy);
   for (int i = 0; list && list.get()[i] != nullptr; ++i) {
     const std::string name = list.get()[i];
     if (name.ends_with(".aux.xml") || !add_plain_file(name, files)) continue;
-    if (depth == kDeepest || !name.ends_with(".vrt")) continue;
+    if (is_complete || depth == kDeepestVrt || !name.ends_with(".vrt")) continue;
     const GdalDatasetPtr inner(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kRasterFormats));
     if (inner) add_files_of(*inner, depth + 1, files);
   }
+}
+
+/// What GDAL is to open.
+/// what     "raster", for messages
+/// throws   as open_gdal_raster(), but for what stands in the file
+std::string path_to_open(const core::Path& file, const char* what) {
+  const std::string path = gdal_path(file);
+  check_name(path, file.written);
+  VSIStatBufL status;
+  if (VSIStatL(path.c_str(), &status) != 0)
+    fail(ErrorKind::Io,
+         "{}: there is no such {}; give the path of a file of a format in "
+         "docs/tiler.md",
+         file.written, what);
+  if (VSI_ISREG(status.st_mode) == 0 && VSI_ISDIR(status.st_mode) == 0)
+    fail(ErrorKind::Input,
+         "{}: is a pipe or a device, and only regular files are read; copy what it gives into one",
+         file.written);
+  refuse_empty(status, file.written);
+  check_unpacked_size(path, file.written);
+  return path;
+}
+
+/// A folder of terrain tiles, which is read as the text of a VRT that names them.
+bool is_folder_of_tiles(const std::string& path) {
+  std::error_code ignored;
+  return !path.starts_with("/vsi") && std::filesystem::is_directory(path, ignored);
+}
+
+GdalDatasetPtr open_raster(const std::string& what, const char* const* formats) {
+  return GdalDatasetPtr(
+      GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR, formats));
+}
+
+[[noreturn]] void refuse_raster(const core::Path& file, const GdalErrors& errors) {
+  fail(ErrorKind::Input,
+       "{}: cannot be opened as a raster; is it damaged or truncated, or of a format that leads "
+       "to a network or is not read (gdal_translate makes a GeoTIFF of it)? ({})",
+       file.written, errors.text());
+}
+
+GdalDatasetPtr open_vectors(const std::string& path, const char* const* formats) {
+  const std::string rules = std::string("CONFIG_FILE=") + osm_rules();
+  const char* const options[] = {rules.c_str(), nullptr};
+  const char* const no_options[] = {nullptr};
+  const bool is_osm = path.ends_with(".pbf") || path.ends_with(".osm");
+  return GdalDatasetPtr(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
+                                          formats, is_osm ? options : no_options));
+}
+
+[[noreturn]] void refuse_vectors(const core::Path& file, const GdalErrors& errors) {
+  fail(ErrorKind::Input,
+       "{}: cannot be opened as features; is it damaged or truncated, or a format that leads "
+       "elsewhere, such as VRT? ({})",
+       file.written, errors.text());
 }
 
 }  // namespace
@@ -203,61 +261,61 @@ std::string gdal_path(const core::Path& file) {
   return is_archive ? only_member(path, file.written) : path;
 }
 
+std::filesystem::path plain_file(const std::string& gdal_path) {
+  std::filesystem::path file =
+      gdal_path.starts_with(kZipped) ? gdal_path.substr(kZipped.size()) : gdal_path;
+  std::error_code ignored;
+  while (file.has_relative_path() && !std::filesystem::exists(file, ignored))
+    file = file.parent_path();
+  return file;
+}
+
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors) {
   register_gdal();
-  const std::string path = gdal_path(file);
-  check_name(path, file.written);
-  VSIStatBufL status;
-  if (VSIStatL(path.c_str(), &status) != 0)
-    fail(ErrorKind::Io,
-         "{}: there is no such raster; give the path of a file of a format in docs/tiler.md",
-         file.written);
-  refuse_empty(status, file.written);
-  check_unpacked_size(path, file.written);
-  const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
-  const std::string what = is_folder ? vrt_of_terrain_tiles(path, file.written) : path;
-  GdalDatasetPtr dataset(
-      GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR, kRasterFormats));
-  if (!dataset)
-    fail(ErrorKind::Input,
-         "{}: cannot be opened as a raster; is it damaged or truncated, or of a format that leads "
-         "to a network or is not read (gdal_translate makes a GeoTIFF of it)? ({})",
-         file.written, errors.text());
+  const std::string path = path_to_open(file, "raster");
+  if (!is_folder_of_tiles(path) && !is_trodden_raster(path)) return given_raster(file);
+  GdalDatasetPtr dataset = open_raster(
+      is_folder_of_tiles(path) ? vrt_of_terrain_tiles(path, file.written) : path, kTroddenRasters);
+  if (!dataset) refuse_raster(file, errors);
+  return dataset;
+}
+
+GdalDatasetPtr open_raster_here(const core::Path& file, const GdalErrors& errors) {
+  GdalDatasetPtr dataset = open_raster(path_to_open(file, "raster"), kRasterFormats);
+  if (!dataset && errors.has_lacked_memory()) throw std::bad_alloc();
+  if (!dataset) refuse_raster(file, errors);
   read_text_grid_in_order(*dataset, file.written);
   return dataset;
 }
 
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors) {
   register_gdal();
-  const std::string path = gdal_path(file);
-  check_name(path, file.written);
-  VSIStatBufL status;
-  if (VSIStatL(path.c_str(), &status) != 0)
-    fail(ErrorKind::Io,
-         "{}: there is no such file; give the path of a file of a format in docs/tiler.md",
-         file.written);
-  refuse_empty(status, file.written);
-  check_unpacked_size(path, file.written);
-  const std::string rules = std::string("CONFIG_FILE=") + osm_rules();
-  const char* const options[] = {rules.c_str(), nullptr};
-  const char* const no_options[] = {nullptr};
-  const bool is_osm = path.ends_with(".pbf") || path.ends_with(".osm");
-  GdalDatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
-                                           kVectorFormats, is_osm ? options : no_options));
-  if (!dataset)
-    fail(ErrorKind::Input,
-         "{}: cannot be opened as features; is it damaged or truncated, or a format that leads "
-         "elsewhere, such as VRT? ({})",
-         file.written, errors.text());
+  const std::string path = path_to_open(file, "file");
+  if (!is_trodden_vectors(path)) return given_features(file);
+  GdalDatasetPtr dataset = open_vectors(path, kTroddenVectors);
+  if (!dataset) refuse_vectors(file, errors);
   return dataset;
 }
 
-std::string content_hash_of(GDALDataset& dataset, const core::Path& file) {
+GdalDatasetPtr open_vectors_here(const core::Path& file, const GdalErrors& errors) {
+  GdalDatasetPtr dataset = open_vectors(path_to_open(file, "file"), kVectorFormats);
+  if (!dataset && errors.has_lacked_memory()) throw std::bad_alloc();
+  if (!dataset) refuse_vectors(file, errors);
+  return dataset;
+}
+
+std::vector<std::string> files_of(GDALDataset& dataset, const core::Path& file) {
   std::set<std::filesystem::path> files;
   add_files_of(dataset, 0, files);
   if (files.empty()) add_plain_file(gdal_path(file), files);
+  std::vector<std::string> names;
+  for (const std::filesystem::path& one : files) names.push_back(one.string());
+  return names;
+}
+
+std::string content_hash_of(GDALDataset& dataset, const core::Path& file) {
   std::string all = gdal_identity() + "\n";
-  for (const std::filesystem::path& one : files)
+  for (const std::filesystem::path one : files_of(dataset, file))
     all += one.extension().string() + " " + core::content_hash_of_file(one) + "\n";
   return core::content_hash(all);
 }

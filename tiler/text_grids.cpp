@@ -1,7 +1,5 @@
 #include "tiler/text_grids.h"
 
-#include <cpl_conv.h>
-#include <cpl_minixml.h>
 #include <cpl_vsi.h>
 
 #include <algorithm>
@@ -15,6 +13,7 @@
 #include "core/stop.h"
 #include "tiler/file_memo.h"
 #include "tiler/gdal_support.h"
+#include "tiler/vrt_sources.h"
 
 namespace terracast::tiler {
 namespace {
@@ -58,21 +57,6 @@ void read_rows(GDALDataset& dataset, const std::string& written) {
   }
 }
 
-/// Files that the text of a VRT names, without opening any of them: GDAL says only once why it cannot open one.
-void find_named(const CPLXMLNode* node, const std::string& folder,
-                std::vector<std::string>& names) {
-  for (; node != nullptr; node = node->psNext) {
-    const std::string_view element = node->eType == CXT_Element ? node->pszValue : "";
-    if (element == "SourceFilename" || element == "SourceDataset") {
-      const char* name = CPLGetXMLValue(node, nullptr, "");
-      const bool is_relative = CPLTestBool(
-          CPLGetXMLValue(node, "relativeToVRT", CPLGetXMLValue(node, "relativetoVRT", "0")));
-      names.emplace_back(is_relative ? CPLProjectRelativeFilename(folder.c_str(), name) : name);
-    }
-    find_named(node->psChild, folder, names);
-  }
-}
-
 /// A grid of text from its first row to its last; of another format nothing.
 void read_named(const std::string& name, const std::string& written) {
   GdalDatasetPtr grid;
@@ -87,15 +71,8 @@ void read_named(const std::string& name, const std::string& written) {
 /// seen  what was looked at already: a VRT may name itself, or another many times
 void read_named_by(const std::string& vrt, const std::string& written, int depth,
                    std::set<std::string>& seen) {
-  constexpr int kDeepest = 16;  // of VRTs in VRTs
-  if (depth == kDeepest) return;
-  std::vector<std::string> names;
-  {
-    const GdalErrors quiet;
-    const CPLXMLTreeCloser document(CPLParseXMLFile(vrt.c_str()));
-    find_named(document.get(), CPLGetPath(vrt.c_str()), names);
-  }
-  for (const std::string& name : names) {
+  if (depth == kDeepestVrt) return;
+  for (const std::string& name : files_named_by_vrt(vrt)) {
     core::throw_if_stop_asked();
     if (!seen.insert(name).second) continue;
     const std::string named = written + ": " + name;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -27,7 +28,15 @@ class ByteWriter {
     TERRACAST_CHECK(count <= 0xffffffffU, "{} things in a file", count);
     put(static_cast<std::uint32_t>(count));
   }
+  void put_bytes(std::span<const std::uint8_t> bytes) {
+    put_count(bytes.size());
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  void put_text(std::string_view text) {
+    put_bytes({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  void clear() { bytes_.clear(); }
 
  private:
   std::vector<std::uint8_t> bytes_;
@@ -36,9 +45,11 @@ class ByteWriter {
 /// Reads them; nothing beyond the end.
 class ByteReader {
  public:
-  /// file   for messages; must outlive the reader
-  ByteReader(std::span<const std::uint8_t> bytes, const std::string& file)
-      : bytes_(bytes), file_(file) {}
+  /// file      for messages; must outlive the reader
+  /// way_out   what is to be done about damage; a literal
+  ByteReader(std::span<const std::uint8_t> bytes, const std::string& file,
+             const char* way_out = "tile the world again")
+      : bytes_(bytes), file_(file), way_out_(way_out) {}
 
   template <class T>
   requires std::is_arithmetic_v<T> T get() {
@@ -54,14 +65,25 @@ class ByteReader {
     if (count > bytes_.size() / least_bytes_each) refuse("it counts more than it holds");
     return count;
   }
+  std::span<const std::uint8_t> get_bytes() {
+    const std::size_t count = get_count(1);
+    const std::span<const std::uint8_t> bytes = bytes_.first(count);
+    bytes_ = bytes_.subspan(count);
+    return bytes;
+  }
+  std::string get_text() {
+    const std::span<const std::uint8_t> bytes = get_bytes();
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
   bool is_at_end() const { return bytes_.empty(); }
   [[noreturn]] void refuse(const char* why) const {
-    core::fail(core::ErrorKind::Input, "{}: damaged: {}; tile the world again", file_, why);
+    core::fail(core::ErrorKind::Input, "{}: damaged: {}; {}", file_, why, way_out_);
   }
 
  private:
   std::span<const std::uint8_t> bytes_;
   const std::string& file_;
+  const char* way_out_;
 };
 
 }  // namespace terracast::world

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cpl_conv.h>
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
@@ -40,8 +41,14 @@ struct RasterSpec {
   std::function<double(double u, double v)> value;
 };
 
-inline void write_raster(const std::filesystem::path& file, const RasterSpec& spec) {
+/// Has all of GDAL's drivers in this process, to write files by: those too whose files another process reads.
+inline void register_all_drivers() {
+  CPLSetConfigOption("GDAL_SKIP", "");
   GDALAllRegister();
+}
+
+inline void write_raster(const std::filesystem::path& file, const RasterSpec& spec) {
+  register_all_drivers();
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName(spec.driver.c_str());
   const char* options[] = {spec.is_tiled ? "TILED=YES" : nullptr, nullptr};
   GDALDataset* dataset = driver->Create(file.c_str(), spec.width, spec.height, spec.num_bands,

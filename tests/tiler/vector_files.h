@@ -24,7 +24,7 @@ inline void write_vectors(const std::filesystem::path& file, const std::string& 
                           const std::vector<VectorSpec>& features,
                           const std::string& crs = "EPSG:4326",
                           const std::string& layer_name = "things") {
-  GDALAllRegister();
+  register_all_drivers();
   GDALDriver* found = GetGDALDriverManager()->GetDriverByName(driver.c_str());
   ASSERT_NE(found, nullptr);
   GDALDataset* dataset = found->Create(file.c_str(), 0, 0, 0, GDT_Unknown, nullptr);
