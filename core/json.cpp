@@ -21,6 +21,9 @@ namespace {
 /// Deeper nesting than any file of ours; it bounds the recursion over hostile ones.
 constexpr std::size_t kMaxDepth = 200;
 
+/// They take up to 200 bytes of memory each, however short their text is: 4 GB.
+constexpr std::size_t kMostValues = 20'000'000;
+
 /// Where a parsed value stood, as a chain of steps up to the file's name.
 struct Origin {
   std::shared_ptr<const Origin> parent;
@@ -136,6 +139,11 @@ class Json::Value::Builder : public nlohmann::json_sax<nlohmann::json> {
     return add(std::move(value));
   }
   bool add(Json value) {
+    if (++num_values_ > kMostValues)
+      fail(ErrorKind::Input,
+           "{}: holds more than {} values, and up to that many fit into memory; split it, or leave "
+           "out what is not needed",
+           name_, kMostValues);
     if (open_.empty()) {
       root_ = std::move(value);
       return true;
@@ -151,6 +159,7 @@ class Json::Value::Builder : public nlohmann::json_sax<nlohmann::json> {
   std::string_view text_;
   const std::string& name_;
   Json root_;
+  std::size_t num_values_ = 0;
   std::vector<Open> open_;
 };
 

@@ -199,5 +199,19 @@ TEST(JsonTest, CopiesAreIndependent) {
   EXPECT_FALSE(Json().has("y"));
 }
 
+// 200 MB of short numbers took 16 GB of memory.
+TEST(Json, OfMoreValuesThanFitIntoMemoryIsRefusedWithTheLimit) {
+  std::string text = "[0";
+  for (int i = 0; i < 20'000'000; ++i) text += ",0";
+  text += "]";
+  try {
+    Json::parse(text, "points.json");
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Input);
+    EXPECT_THAT(error.what(), HasSubstr("points.json: holds more than 20000000 values"));
+  }
+}
+
 }  // namespace
 }  // namespace terracast::core
