@@ -184,6 +184,7 @@ void Dryness::read(const WorldOptions& options, const geo::WorldFrame& frame,
   // Rasters of climate end at coasts.
   fill_from_surroundings(nodes_, is_unknown);
   content_hash_ = core::content_hash(content_hash_ + " " + raster->content_hash());
+  ledger_ = raster->ledger();
 }
 
 double Dryness::aridity_index(const Eigen::Vector2d& place_world) const {

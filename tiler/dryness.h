@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/ledger.h"
 #include "core/log.h"
 #include "geo/geodesy.h"
 #include "tiler/even_noise.h"
@@ -39,6 +40,8 @@ class Dryness {
   double growth(const Eigen::Vector2d& place_world) const;
 
   const std::string& content_hash() const { return content_hash_; }
+  /// What the raster's file says beside its samples; empty without one.
+  const core::Ledger& ledger() const { return ledger_; }
 
  private:
   Dryness(const WorldOptions& options, const geo::WorldFrame& frame, const core::Log* log);
@@ -50,6 +53,7 @@ class Dryness {
   Grid<double> nodes_;  ///< of the raster, over the square; empty without one
   double node_spacing_m_ = 0.0;
   std::string content_hash_;
+  core::Ledger ledger_;
 };
 
 /// The log's line on how dry the land is, and why.

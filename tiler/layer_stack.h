@@ -65,6 +65,9 @@ class LayerStack {
   /// throws   Internal: an id that is 0 or there twice, a texture that its layer lacks
   void add_objects(world::Tile& tile) const;
 
+  /// How dry the land is; null: humid.
+  const Dryness* dryness() const { return dryness_.get(); }
+
  private:
   void add(std::unique_ptr<Layer> layer, const LayerOptions& options);
   friend std::shared_ptr<const WorldSurface> layered_surface(

@@ -1,15 +1,51 @@
 #include "tiler/offset_grid.h"
 
 #include <array>
+#include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/error.h"
 #include "tiler/gdal_support.h"
+#include "tiler/raster_claims.h"
+#include "tiler/raster_ledger.h"
 
 namespace terracast::tiler {
 
 using core::ErrorKind;
 using core::fail;
+
+namespace {
+
+/// What is made of a band's numbers.
+struct Metres {
+  double scale = 1.0;
+  double offset = 0.0;
+
+  Metres(GDALRasterBand& band, const std::string& written) {
+    const char* unit = band.GetUnitType();
+    const std::optional<double> metres = metres_in(unit == nullptr ? "" : unit);
+    if (!metres)
+      fail(ErrorKind::Input,
+           "{}: declares its offsets in \"{}\", which is no known unit of length; gdal_edit.py "
+           "-units states another",
+           written, unit);
+    scale = band.GetScale() * *metres;
+    offset = band.GetOffset() * *metres;
+    if (!std::isfinite(scale) || !std::isfinite(offset) || scale == 0.0)
+      fail(ErrorKind::Input,
+           "{}: declares a scale of {} and an offset of {}; gdal_edit.py -scale -offset states "
+           "others",
+           written, band.GetScale(), band.GetOffset());
+  }
+};
+
+}  // namespace
+
+core::Ledger ledger_of_offset_grid(const core::Path& file) {
+  const GdalErrors errors;
+  return ledger_of(*open_gdal_raster(file, errors), {.what = "offsets", .uses_mask = false});
+}
 
 geo::OffsetGrid read_offset_grid(const core::Path& file) {
   const GdalErrors errors;
@@ -39,6 +75,7 @@ geo::OffsetGrid read_offset_grid(const core::Path& file) {
   grid.west_deg = gt[0] + 0.5 * gt[1];
   grid.south_deg = gt[3] + (grid.num_rows - 0.5) * gt[5];
   GDALRasterBand* band = dataset->GetRasterBand(1);
+  const Metres metres(*band, file.written);
   int has_nodata = FALSE;
   const double nodata = band->GetNoDataValue(&has_nodata);
   grid.offsets_m.resize(static_cast<std::size_t>(num_nodes));
@@ -51,8 +88,9 @@ geo::OffsetGrid read_offset_grid(const core::Path& file) {
       fail(ErrorKind::Input, "{}: its nodes cannot be read; is it truncated? ({})", file.written,
            errors.text());
     for (std::size_t i = 0; i < columns; ++i)
-      if (has_nodata != FALSE && southwards[i] == nodata)
-        southwards[i] = std::numeric_limits<double>::quiet_NaN();
+      southwards[i] = has_nodata != FALSE && southwards[i] == nodata
+                          ? std::numeric_limits<double>::quiet_NaN()
+                          : southwards[i] * metres.scale + metres.offset;
   }
   return grid;
 }

@@ -576,6 +576,7 @@ std::string ledger_text(const TileStore& store) {
   for (const world::SourceInfo& source : store.manifest().sources) add(source.name, source.ledger);
   for (const world::LayerInfo& layer : store.manifest().layers)
     add(fmt::format("{} ({})", layer.name, layer.source), layer.ledger);
+  add("aridity_raster", store.manifest().aridity_ledger);
   return text.empty() ? "The sources of this world are no files that say anything.\n" : text;
 }
 

@@ -16,6 +16,7 @@
 #include "tiler/mosaic_draft.h"
 #include "tiler/mosaic_gaps.h"
 #include "tiler/mosaic_sea.h"
+#include "tiler/offset_grid.h"
 
 namespace terracast::tiler {
 namespace {
@@ -246,6 +247,8 @@ void add(MosaicDraft& draft, std::size_t index) {
   info.accuracy = draft.rasters[index].entry->accuracy;
   info.content_hash = raster.content_hash();
   info.ledger = raster.ledger();
+  if (draft.rasters[index].entry->vertical_datum == "grid")
+    info.ledger.merge(ledger_of_offset_grid(draft.rasters[index].entry->datum_grid));
   draft.mosaic.rasters.emplace_back(raster.grid().info(info.name));
   draft.mosaic.sources.push_back(std::move(info));
   core::with_context(

@@ -292,6 +292,7 @@ void Growth::warn_of_what_is_unknown(const world::WorldManifest& manifest) const
     ledgers.emplace_back(source.name, &source.ledger);
   for (const world::LayerInfo& layer : manifest.layers)
     ledgers.emplace_back(fmt::format("{} ({})", layer.name, layer.source), &layer.ledger);
+  ledgers.emplace_back("aridity_raster", &manifest.aridity_ledger);
   constexpr std::size_t kMostKinds = 100;
   std::size_t num_told = 0, num_untold = 0;
   for (const auto& [name, ledger] : ledgers)
@@ -323,6 +324,8 @@ void Growth::finish(double radius_m) {
   manifest.seed = static_cast<std::uint64_t>(options.seed);
   manifest.sources = surface_.sources();
   manifest.layers = surface_.layers().infos();
+  if (surface_.layers().dryness() != nullptr)
+    manifest.aridity_ledger = surface_.layers().dryness()->ledger();
   const std::vector<world::Prototype>& prototypes = surface_.layers().prototypes();
   for (std::size_t row = 0; row < prototypes.size(); ++row)
     manifest.prototypes.push_back(world::write_prototype(folder_, row, prototypes[row]));

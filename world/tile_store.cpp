@@ -220,6 +220,8 @@ Json json_of(const WorldManifest& manifest) {
       .set("imagery", std::move(imagery))
       .set("volumes", std::move(volumes))
       .set("volume_places", std::move(volume_places));
+  if (!manifest.aridity_ledger.is_empty())
+    json.set("aridity_ledger", manifest.aridity_ledger.json());
   if (manifest.ways.num_parts > 0)
     json.set("ways", std::move(Json::object()
                                    .set("num_parts", manifest.ways.num_parts)
@@ -268,6 +270,8 @@ WorldManifest manifest_of(const Json& json) {
   const Json& layers = json.at("layers");
   if (layers.size() > kMaxLayers) fail(ErrorKind::Input, "{} layers", layers.size());
   for (std::size_t i = 0; i < layers.size(); ++i) manifest.layers.push_back(layer_of(layers.at(i)));
+  if (json.has("aridity_ledger"))
+    manifest.aridity_ledger = core::Ledger::of(json.at("aridity_ledger"));
   const Json& prototypes = json.at("prototypes");
   if (prototypes.size() > kMaxPrototypes)
     fail(ErrorKind::Input, "{} prototypes", prototypes.size());

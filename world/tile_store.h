@@ -100,6 +100,7 @@ struct WorldManifest {
   std::uint64_t seed = 0;
   std::vector<SourceInfo> sources;
   std::vector<LayerInfo> layers;
+  core::Ledger aridity_ledger = {};  ///< what the raster of aridity indices says; empty without one
   std::vector<PrototypeInfo> prototypes;
   std::vector<TextureInfo> textures;
   std::vector<ImageryInfo> imagery;  ///< the first that knows a place is believed

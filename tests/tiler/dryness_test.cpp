@@ -111,6 +111,8 @@ TEST(Dryness, FollowsARasterWhereItLies) {
   const auto dryness = Dryness::of(options, frame);
   EXPECT_NEAR(dryness->aridity_index({-3000.0, -3000.0}), 0.01, 1e-6);
   EXPECT_NEAR(dryness->aridity_index({3000.0, -3000.0}), 0.9, 1e-6);
+  ASSERT_EQ(dryness->ledger().entries().count("band scale"), 1U) << dryness->ledger().table();
+  EXPECT_EQ(dryness->ledger().entries().at("band scale").num_used, 1);
 
   options.aridity_index = 0.5;
   expect_error(ErrorKind::Config, {"aridity_index", "aridity_raster", "leave one out"},

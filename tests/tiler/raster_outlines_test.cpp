@@ -319,6 +319,9 @@ TEST_F(Blocks, AreReadOnceForASurveyAndForTheLayer) {
   const std::unique_ptr<tiler::Layer> layer = with_inputs(*surface, survey_and_make);
   EXPECT_EQ(layer->input_hash(), hash);
   EXPECT_TRUE(layer->holds(blocks_[0].middle, 0.0));
+  const core::Ledger ledger = layer->info().ledger;
+  ASSERT_EQ(ledger.entries().count("horizontal system"), 1U) << ledger.table();
+  EXPECT_GE(ledger.entries().at("horizontal system").num_used, 1);
   // Footprints survey nothing.
   const tiler::LayerOptions of_files = layer_of("files = [\"a.gpkg\"]\n");
   const auto survey_files = [&](const tiler::LayerInputs& inputs) {

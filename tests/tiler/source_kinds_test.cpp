@@ -306,6 +306,29 @@ TEST(DatumGrids, MakeHeightsEllipsoidalAndMustCoverTheSquare) {
                 1e-3);
   }
   EXPECT_EQ(surface->sources()[0].vertical_datum, "offsets.tif");
+  // Whole steps of half a centimetre above 40 m are the same grid: all of its values are such steps.
+  offsets.type = GDT_Int16;
+  offsets.unit = "cm";
+  offsets.scale = 0.5;
+  offsets.offset = 4000.0;
+  const auto metres = offsets.value;
+  offsets.value = [=](double u, double v) { return std::round((metres(u, v) - 40.0) * 200.0); };
+  write_raster(folder / "offsets.tif", offsets);
+  const auto stepped = prepare(options);
+  EXPECT_NEAR(height_at(*stepped, 42.51, 1.49), height_at(*surface, 42.51, 1.49), 1e-6);
+  const core::Ledger& ledger = stepped->sources()[0].ledger;
+  for (const char* name : {"band scale", "band offset"}) {
+    ASSERT_EQ(ledger.entries().count(name), 1U) << ledger.table();
+    EXPECT_EQ(ledger.entries().at(name).num_used, 1) << name;
+  }
+  offsets.unit = "smoots";
+  write_raster(folder / "offsets.tif", offsets);
+  expect_error(ErrorKind::Input, {"offsets.tif", "smoots", "no known unit"},
+               [&] { prepare(options); });
+  offsets = lat_lon_plane(0.01, 0.01);
+  offsets.geotransform = {1.4, 0.01, 0.0, 42.6, 0.0, -0.01};
+  offsets.value = metres;
+  offsets.height = 20;
   offsets.width = 8;
   write_raster(folder / "offsets.tif", offsets);
   expect_error(ErrorKind::Input, {"offsets.tif", "no offset at latitude"},

@@ -46,6 +46,8 @@ TEST(Vegetation, ACanopyRasterSaysWhereTreesStandAndHowTallTheyAre) {
   EXPECT_EQ(info.counts[0].second, 400 * 400);
   EXPECT_EQ(info.counts[1].second, 80 * 400);   // 200 m of 2.5 m in the east
   EXPECT_EQ(info.counts[2].second, 160 * 120);  // 400 m x 300 m
+  ASSERT_EQ(info.ledger.entries().count("band no-data value"), 1U) << info.ledger.table();
+  EXPECT_EQ(info.ledger.entries().at("band no-data value").num_used, 1);
   PlantedLand land;
   land.cover_at = [](const Vector2d&) { return Cover::Grass; };
   std::size_t num_low = 0;

@@ -176,11 +176,13 @@ HeightCells read_height_cells(const core::Path& surface, const core::Path& terra
     Part high = open_part(surface, nodata, world, size_m);
     cells.heights_m = read_all(high);
     cells.content_hash = high.raster->content_hash();
+    cells.ledger = high.raster->ledger();
     if (!terrain.empty()) {
       const Part low = open_part(terrain, nodata, world, size_m);
       subtract(high, low, cells.heights_m);
       cells.content_hash =
           core::content_hash(cells.content_hash + " " + low.raster->content_hash());
+      cells.ledger.merge(low.raster->ledger());
     }
     cells.first_cell = {high.window.first_column, high.window.first_row};
     cells.cell = high.raster->grid().size_of_samples(world.frame(), 0.5 * size_m);

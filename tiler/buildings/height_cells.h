@@ -19,6 +19,7 @@ struct HeightCells {
   Eigen::Vector2i first_cell;            ///< of the grid, among the raster's
   SampleSize cell;                       ///< on the ground
   std::string content_hash;
+  core::Ledger ledger;  ///< what the files say beside their samples
 };
 
 /// Reads what lies in the world's square.

@@ -38,6 +38,7 @@ class Patch {
       const std::unique_ptr<RasterSource> raster = RasterSource::open(
           file, options, {.lat_deg = world.origin_lat_deg, .lon_deg = world.origin_lon_deg});
       content_hash_ = raster->content_hash();
+      ledger_ = raster->ledger();
       place_nodes(*raster, surface);
       read(*raster, nodata);
     };
@@ -69,6 +70,7 @@ class Patch {
   }
 
   const std::string& content_hash() const { return content_hash_; }
+  const core::Ledger& ledger() const { return ledger_; }
 
  private:
   void place_nodes(const RasterSource& raster, const WorldSurface& surface) {
@@ -134,6 +136,7 @@ class Patch {
 
   double half_size_m_;
   std::string content_hash_;
+  core::Ledger ledger_;
   Grid<Eigen::Vector2d> nodes_;  ///< sample coordinates of the raster
   Eigen::Vector2d first_sample_ = Eigen::Vector2d::Zero();
   Grid<float> values_;
@@ -145,9 +148,11 @@ class PatchHeights final : public HeightRaster {
                const WorldSurface& world, double size_m)
       : surface_(surface, nodata, world, size_m) {
     content_hash_ = surface_.content_hash();
+    ledger_ = surface_.ledger();
     if (terrain.empty()) return;
     terrain_.emplace(terrain, nodata, world, size_m);
     content_hash_ = core::content_hash(content_hash_ + " " + terrain_->content_hash());
+    ledger_.merge(terrain_->ledger());
   }
 
   std::optional<double> height_m(const Eigen::Vector2d& place_world) const override {
@@ -158,11 +163,13 @@ class PatchHeights final : public HeightRaster {
     return *high - *ground;
   }
   const std::string& content_hash() const override { return content_hash_; }
+  const core::Ledger& ledger() const override { return ledger_; }
 
  private:
   Patch surface_;
   std::optional<Patch> terrain_;
   std::string content_hash_;
+  core::Ledger ledger_;
 };
 
 }  // namespace

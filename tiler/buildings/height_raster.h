@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/ledger.h"
 #include "core/schema.h"
 #include "tiler/buildings/footprint.h"
 #include "tiler/surface.h"
@@ -33,6 +34,8 @@ class HeightRaster {
   std::optional<double> median_m(const Footprint& footprint) const;
 
   virtual const std::string& content_hash() const = 0;
+  /// What the files say beside their samples.
+  virtual const core::Ledger& ledger() const = 0;
 };
 
 }  // namespace terracast::tiler

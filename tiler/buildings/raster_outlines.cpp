@@ -186,6 +186,7 @@ RasterOutlines read_raster_outlines(const HeightFiles& files, const RasterOutlin
   all.features.name =
       name_of(files.surface) + (files.terrain.empty() ? "" : ", " + name_of(files.terrain));
   all.features.content_hash = all.ground.content_hash;
+  all.features.ledger = found.cells.ledger;
   all.features.counts = {
       {"cells of the raster", static_cast<std::int64_t>(found.blocks.piece.values.size())},
       {"cells as high as buildings", found.blocks.num_cells},

@@ -129,6 +129,7 @@ class BuildingsLayer final : public Layer, public DryCover {
     ids_ = inputs.ids.assign("buildings", keys);
     counts_ = std::move(features.counts);
     ledger_ = std::move(features.ledger);
+    if (raster) ledger_.merge(raster->ledger());
     counts_.insert(counts_.end(), town_.counts.begin(), town_.counts.end());
     counts_.insert(counts_.end(), setbacks.counts.begin(), setbacks.counts.end());
     if (const std::int64_t num = num_roofs_that_do_not_fit(); num > 0) {

@@ -49,10 +49,12 @@ class VegetationLayer final : public Layer {
     const Canopy* canopy = plan_.canopy.get();
     info.source = canopy ? canopy_name_ : "procedural";
     info.content_hash = canopy ? canopy->content_hash() : plan_.library->content_hash();
-    if (canopy)
+    if (canopy) {
+      info.ledger = canopy->ledger();
       info.counts = {{"canopy samples", canopy->num_samples()},
                      {"canopy samples without a height", canopy->num_voids()},
                      {"canopy samples with trees", canopy->num_wooded()}};
+    }
     return info;
   }
 

@@ -34,6 +34,7 @@ class RasterCanopy final : public Canopy {
     const std::unique_ptr<RasterSource> raster = RasterSource::open(
         file, options, {.lat_deg = world.origin_lat_deg, .lon_deg = world.origin_lon_deg});
     content_hash_ = raster->content_hash();
+    ledger_ = raster->ledger();
     place_nodes(*raster, surface);
     read(*raster);
   }
@@ -66,6 +67,7 @@ class RasterCanopy final : public Canopy {
   }
 
   const std::string& content_hash() const override { return content_hash_; }
+  const core::Ledger& ledger() const override { return ledger_; }
   std::int64_t num_samples() const override { return num_samples_; }
   std::int64_t num_voids() const override { return num_voids_; }
   std::int64_t num_wooded() const override { return num_wooded_; }
@@ -151,6 +153,8 @@ class RasterCanopy final : public Canopy {
 
   double half_size_m_;
   std::string content_hash_;
+  core::Ledger ledger_;
+  core::Ledger ledger_;
   Grid<Eigen::Vector2d> nodes_;  ///< sample coordinates of the raster
   Eigen::Vector2d first_sample_ = Eigen::Vector2d::Zero();
   Grid<float> heights_m_;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/ledger.h"
 #include "core/schema.h"
 #include "geo/geodesy.h"
 #include "tiler/surface.h"
@@ -27,6 +28,8 @@ class Canopy {
   virtual std::optional<double> height_m(const Eigen::Vector2d& place_world) const = 0;
 
   virtual const std::string& content_hash() const = 0;
+  /// What the file says beside its samples.
+  virtual const core::Ledger& ledger() const = 0;
   virtual std::int64_t num_samples() const = 0;  ///< in the square
   virtual std::int64_t num_voids() const = 0;    ///< of these, without a height
   virtual std::int64_t num_wooded() const = 0;   ///< of these, as high as trees
