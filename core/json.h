@@ -38,7 +38,7 @@ class Json {
   static Json array_of(const std::vector<double>& values);
   static Json array_of(const std::vector<std::string>& values);
 
-  /// throws Input: not JSON (with line and column); `name` is the file's, for messages
+  /// throws Input: not JSON (with line and column), or more than 20 million values; `name` is the file's, for messages
   static Json parse(std::string_view text, const std::string& name);
   static Json read(const std::filesystem::path& file);
 

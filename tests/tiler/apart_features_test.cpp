@@ -1,9 +1,12 @@
 #include <ogrsf_frmts.h>
 
 #include <cstring>
-#include <fstream>
-#include <set>
+#include <filesystem>
+#include <iterator>
+#include <random>
 
+#include "core/atomic_file.h"
+#include "tests/support/record.h"
 #include "tests/tiler/raster_files.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/apart/apart_readers.h"
@@ -221,6 +224,57 @@ TEST_F(ApartFeatures, GiveFormatsThatGdalOnlyReads) {
              R"("geometry":{"x":1.5,"y":42.5}},{"attributes":{"name":null,"n":5},"geometry":)"
              R"({"x":1.6,"y":42.6}}]})");
   expect_same_both_ways(folder / "a.json");
+}
+
+// GDAL notes the fields of a GML beside it, in files that the program has only to read.
+TEST_F(ApartFeatures, LeaveNothingBesideTheFile) {
+  const ScratchFolder folder;
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GML");
+  ASSERT_TRUE(write_things(folder / "a.gml", *driver));
+  std::filesystem::remove(folder / "a.xsd");
+  const GdalErrors errors;
+  const GdalDatasetPtr given = tiler::open_gdal_vectors(path_of(folder / "a.gml"), errors);
+  std::size_t num_read = 0;
+  for (int i = 0; i < given->GetLayerCount(); ++i)
+    while (const auto feature = std::unique_ptr<OGRFeature>(given->GetLayer(i)->GetNextFeature()))
+      ++num_read;
+  EXPECT_EQ(num_read, std::size(kShapes));
+  EXPECT_FALSE(errors.has_failure()) << errors.said();
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+// With bytes wrong here and there, a file is read, or refused with its name, whatever GDAL does over it.
+TEST_F(ApartFeatures, ThatAreDamagedAreReadOrRefusedByName) {
+  const ScratchFolder folder;
+  std::mt19937 random(20261130);
+  const int num_files = is_recorded_run() ? 500 : 4;
+  for (const auto& [format, name] : {std::pair{"GML", "a.gml"},
+                                     {"LIBKML", "a.kml"},
+                                     {"DXF", "a.dxf"},
+                                     {"MapInfo File", "a.mif"},
+                                     {"SQLite", "a.sqlite"},
+                                     {"GPX", "a.gpx"}}) {
+    ASSERT_TRUE(write_things(folder / name, *GetGDALDriverManager()->GetDriverByName(format)));
+    const std::vector<std::byte> bytes = core::read_file(folder / name);
+    for (int i = 0; i < num_files; ++i) {
+      std::vector<std::byte> wrong = bytes;
+      for (int k = 0; k < 5; ++k) wrong[random() % wrong.size()] = static_cast<std::byte>(random());
+      const auto file = folder / fmt::format("wrong-{}-{}", i, name);
+      core::write_file(file, wrong);
+      const GdalErrors errors;
+      try {
+        const GdalDatasetPtr given = tiler::open_gdal_vectors(path_of(file), errors);
+        for (int layer = 0; layer < given->GetLayerCount(); ++layer)
+          while (const auto feature =
+                     std::unique_ptr<OGRFeature>(given->GetLayer(layer)->GetNextFeature()))
+            EXPECT_EQ(feature->GetDefnRef(), given->GetLayer(layer)->GetLayerDefn());
+      } catch (const core::Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::Input) << error.what();
+        EXPECT_NE(std::string(error.what()).find(file.filename().string()), std::string::npos)
+            << error.what();
+      }
+    }
+  }
 }
 
 // Archives of KML, which a library unpacks by a temporary file of its own.

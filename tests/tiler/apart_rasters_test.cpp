@@ -3,11 +3,14 @@
 
 #include <cmath>
 #include <cstring>
+#include <random>
 #include <set>
 #include <thread>
 
+#include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/stop.h"
+#include "tests/support/record.h"
 #include "tests/tiler/raster_files.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/apart/apart_readers.h"
@@ -44,6 +47,7 @@ const Content kContents[] = {
     {"heights", 1, GDT_Float32, "EPSG:32631", {376000.0, 30.0, 0.0, 4707000.0, 0.0, -30.0}},
     {"degrees", 1, GDT_Int16, "EPSG:4326", {1.4, 0.001, 0.0, 42.6, 0.0, -0.001}},
     {"colours", 3, GDT_Byte, "EPSG:32631", {376000.0, 30.0, 0.0, 4707000.0, 0.0, -30.0}},
+    {"tinted", 4, GDT_Byte, "EPSG:32631", {376000.0, 30.0, 0.0, 4707000.0, 0.0, -30.0}},
     {"codes", 1, GDT_Byte, "EPSG:4326", {1.4, 0.001, 0.0, 42.6, 0.0, -0.001}},
     {"compound", 1, GDT_Float64, "EPSG:32631+5773", {376000.0, 25.0, 0.0, 4707000.0, 0.0, -25.0}},
     // As DTED of level 1 has it: centres on the degrees.
@@ -80,7 +84,7 @@ GdalDatasetPtr make(const Content& content) {
     }
     band.SetDescription("ground");
     band.SetMetadataItem("LAYER_TYPE", "athematic");
-    if (content.num_bands == 3) {
+    if (content.num_bands >= 3) {
       band.SetColorInterpretation(static_cast<GDALColorInterp>(GCI_RedBand + number - 1));
       continue;
     }
@@ -541,6 +545,44 @@ TEST_F(ApartRasters, LargerThanMayBeUnpackedAreRefusedWithAWayOut) {
   const GdalErrors errors;
   expect_error(ErrorKind::Input, {"vast.bil", "90 GB", "68.7 GB", "gdal_translate"},
                [&] { tiler::open_gdal_raster(path_of(folder / "vast.bil"), errors); });
+}
+
+// With bytes wrong here and there, a file is read, or refused with its name, whatever GDAL does over it.
+TEST_F(ApartRasters, ThatAreDamagedAreReadOrRefusedByName) {
+  const ScratchFolder folder;
+  std::mt19937 random(20261130);
+  const int num_files = is_recorded_run() ? 500 : 4;
+  const GdalDatasetPtr made = make(kContents[1]);
+  for (const char* format : {"HFA", "GSBG", "ENVI", "SAGA", "JP2OpenJPEG", "USGSDEM"}) {
+    const auto right =
+        folder / fmt::format("right.{}", std::strcmp(format, "SAGA") == 0 ? "sdat" : "dat");
+    {
+      const GdalErrors quiet;
+      const GdalDatasetPtr copy(GetGDALDriverManager()->GetDriverByName(format)->CreateCopy(
+          right.c_str(), made.get(), FALSE, nullptr, nullptr, nullptr));
+      ASSERT_TRUE(copy) << format;
+    }
+    const std::vector<std::byte> bytes = core::read_file(right);
+    for (int i = 0; i < num_files; ++i) {
+      std::vector<std::byte> wrong = bytes;
+      for (int k = 0; k < 20; ++k)
+        wrong[random() % std::min<std::size_t>(wrong.size(), i % 2 == 0 ? 600 : 1 << 30)] =
+            static_cast<std::byte>(random());
+      const auto file = folder / fmt::format("wrong-{}-{}.dat", format, i);
+      core::write_file(file, wrong);
+      const GdalErrors errors;
+      try {
+        const GdalDatasetPtr given = tiler::open_gdal_raster(path_of(file), errors);
+        for (int band = 1; band <= given->GetRasterCount(); ++band)
+          if (given->GetRasterXSize() <= kWidth && given->GetRasterYSize() <= kHeight)
+            samples_of(*given->GetRasterBand(band));
+      } catch (const core::Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::Input) << error.what();
+        EXPECT_NE(std::string(error.what()).find(file.filename().string()), std::string::npos)
+            << error.what();
+      }
+    }
+  }
 }
 
 tiler::RasterForm small_form() {
