@@ -248,7 +248,10 @@ template <class Buffer>
 Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
   const auto [descriptor, stated] = open_to_read(file);
   const auto refuse_size = [&] {
-    fail(ErrorKind::Input, "{}: is larger than {} bytes", file.string(), max_bytes);
+    fail(ErrorKind::Input,
+         "{}: is larger than {} bytes, and no more is read of such a file; split it, or leave out "
+         "what is not needed",
+         file.string(), max_bytes);
   };
   if (stated > max_bytes) refuse_size();
 

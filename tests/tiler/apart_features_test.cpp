@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 #include <random>
 
@@ -241,6 +242,26 @@ TEST_F(ApartFeatures, LeaveNothingBesideTheFile) {
   EXPECT_EQ(num_read, std::size(kShapes));
   EXPECT_FALSE(errors.has_failure()) << errors.said();
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+// SQLite keeps changes in a log beside the file, and would write there to read them.
+TEST_F(ApartFeatures, OfADatabaseWithALogAreReadOrRefusedIfChangesWait) {
+  const ScratchFolder folder;
+  const auto file = folder / "a.sqlite";
+  ASSERT_TRUE(write_things(file, *GetGDALDriverManager()->GetDriverByName("SQLite")));
+  {
+    // As a database that was closed with a log: the versions that its head states of reading and writing.
+    std::fstream head(file, std::ios::binary | std::ios::in | std::ios::out);
+    head.seekp(18);
+    head << "\2\2";
+  }
+  const GdalErrors errors;
+  const GdalDatasetPtr given = tiler::open_gdal_vectors(path_of(file), errors);
+  EXPECT_FALSE(errors.has_failure()) << errors.said();
+  EXPECT_EQ(given->GetLayer(0)->GetFeatureCount(), static_cast<GIntBig>(std::size(kShapes)));
+  write_text(file.string() + "-wal", "changes");
+  expect_error(ErrorKind::Input, {"a.sqlite: changes wait in", "wal_checkpoint"},
+               [&] { tiler::open_gdal_vectors(path_of(file), errors); });
 }
 
 // With bytes wrong here and there, a file is read, or refused with its name, whatever GDAL does over it.

@@ -1,3 +1,4 @@
+#include <cpl_vsi.h>
 #include <ogrsf_frmts.h>
 
 #include <memory>
@@ -81,6 +82,18 @@ LayerForm read_layer(OGRLayer& layer, FeatureFile& out) {
   return form;
 }
 
+/// SQLite reads a database without the changes that wait in a log beside it, where it may not write.
+void refuse_waiting_changes(const core::Path& file) {
+  const std::string log = gdal_path(file) + "-wal";
+  VSIStatBufL status;
+  if (VSIStatL(log.c_str(), &status) == 0 && status.st_size > 0)
+    core::fail(
+        core::ErrorKind::Input,
+        "{}: changes wait in {}-wal that are not yet written into it; close the program that "
+        "has it open, or have it written (sqlite3 FILE \"PRAGMA wal_checkpoint(TRUNCATE)\")",
+        file.written, file.written);
+}
+
 }  // namespace
 
 std::vector<std::byte> read_features_request(const core::Json& request) {
@@ -90,6 +103,7 @@ std::vector<std::byte> read_features_request(const core::Json& request) {
   FeatureFile out(file);
   const GdalErrors errors;
   const GdalDatasetPtr dataset = open_vectors_here(file, errors);
+  refuse_waiting_changes(file);
   form.said = SaidForm::of(errors);
   form.format = dataset->GetDriver() == nullptr ? "" : dataset->GetDriver()->GetDescription();
   form.description = dataset->GetDescription();
