@@ -16,15 +16,15 @@
 namespace terracast::fuzz {
 namespace {
 
-namespace fs = std::filesystem;
+using Names = std::set<std::string_view>;
 
-/// All that a dataset's files hold of a frame of a camera.
+/// What the replaced files hold of a frame of a camera.
 void read_frame(const validate::Dataset& dataset, const validate::Camera& camera, int frame,
-                validate::Findings& findings) {
+                const Names& replaced, validate::Findings& findings) {
   const validate::Reader& reader = validate::find_reader(dataset.format);
   const validate::FrameFiles& files = camera.files[static_cast<std::size_t>(frame)];
   const auto attempt = [&](const std::string& file, const auto& read) {
-    if (!file.empty()) findings.attempt(file, read);
+    if (replaced.contains(file)) findings.attempt(file, read);
   };
   attempt(files.color, [&] { reader.color(dataset, camera, frame); });
   attempt(files.depth, [&] { reader.depth(dataset, camera, frame); });
@@ -35,7 +35,8 @@ void read_frame(const validate::Dataset& dataset, const validate::Camera& camera
   attempt(files.instances, [&] { reader.instances(dataset, camera, frame); });
 }
 
-void read_all(const fs::path& folder, const std::string& format) {
+void read_replaced(const std::filesystem::path& folder, const std::string& format,
+                   const Names& replaced) {
   validate::Findings findings;
   const validate::Dataset dataset = validate::read_dataset(folder, format, findings);
   const validate::Reader& reader = validate::find_reader(dataset.format);
@@ -44,14 +45,14 @@ void read_all(const fs::path& folder, const std::string& format) {
     findings.attempt("sensors.json", [&] { validate::read_sensors(dataset, sequence); });
     for (const validate::Camera& camera : sequence.cameras)
       for (std::size_t frame = 0; frame < camera.files.size(); ++frame)
-        read_frame(dataset, camera, static_cast<int>(frame), findings);
+        read_frame(dataset, camera, static_cast<int>(frame), replaced, findings);
   }
   findings.lines();
 }
 
 /// Each part of the input replaces the file of its name; a part of another name replaces none.
-void read_replaced(const SmallDataset& dataset, const std::string& format, Bytes input) {
-  std::set<std::string_view> replaced;
+void replace_and_read(const SmallDataset& dataset, const std::string& format, Bytes input) {
+  Names replaced;
   for (const Part& part : parts_of(input))
     if (dataset.files().contains(part.name)) {
       write_bytes(dataset.folder() / part.name, part.bytes);
@@ -63,7 +64,7 @@ void read_replaced(const SmallDataset& dataset, const std::string& format, Bytes
   };
   if (replaced.empty()) return;
   try {
-    read_all(dataset.folder(), format);
+    read_replaced(dataset.folder(), format, replaced);
   } catch (...) {
     restore();
     throw;
@@ -76,13 +77,15 @@ void read_replaced(const SmallDataset& dataset, const std::string& format, Bytes
 #define TERRACAST_FUZZ_DATASET(format)          \
   void fuzz_dataset_##format(Bytes input) {     \
     static const SmallDataset dataset(#format); \
-    read_replaced(dataset, #format, input);     \
+    replace_and_read(dataset, #format, input);  \
   }
 TERRACAST_FUZZ_DATASET(coco)
 TERRACAST_FUZZ_DATASET(colmap)
 TERRACAST_FUZZ_DATASET(kitti)
 TERRACAST_FUZZ_DATASET(kitti_object)
 TERRACAST_FUZZ_DATASET(kitti_raw)
+TERRACAST_FUZZ_DATASET(tartanair)
+TERRACAST_FUZZ_DATASET(tartanair_v1)
 TERRACAST_FUZZ_DATASET(terracast)
 #undef TERRACAST_FUZZ_DATASET
 
@@ -91,7 +94,7 @@ void fuzz_colmap_model(Bytes input) {
   static constexpr std::array<std::string_view, 10> kNames = {
       "cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin",
       "cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "frames.txt"};
-  const fs::path folder = put_parts(input, kNames);
+  const std::filesystem::path folder = put_parts(input, kNames);
   validate::Findings findings;
   validate::read_colmap_text(folder, "sparse", findings);
   validate::read_colmap_binary(folder, "sparse", findings);

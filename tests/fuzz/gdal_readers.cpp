@@ -28,16 +28,20 @@ core::Path path_of(const fs::path& file) {
 }
 
 /// Heights of a part of a raster, and all that a world keeps of it.
-void read_raster(const fs::path& file) {
-  tiler::ElevationOptions options;
-  options.vertical_datum = "ellipsoid";
-  options.trust = "config";
+void read_raster(const fs::path& file, const tiler::ElevationOptions& options) {
   const auto source = tiler::RasterSource::open(
       path_of(file), options, {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg});
   source->read({0, 0, std::min(source->grid().width(), 64), std::min(source->grid().height(), 64)});
   source->corner_heights_m();
   source->ledger();
   source->content_hash();
+}
+
+void read_raster(const fs::path& file) {
+  tiler::ElevationOptions options;
+  options.vertical_datum = "ellipsoid";
+  options.trust = "config";
+  read_raster(file, options);
 }
 
 void read_features(const fs::path& file) {
@@ -64,6 +68,26 @@ void fuzz_raster_asc(Bytes input) {
 void fuzz_raster_vrt(Bytes input) {
   static constexpr std::array<std::string_view, 2> kNames = {"dem.vrt", "grid.asc"};
   read_raster(put_parts(input, kNames) / "dem.vrt");
+}
+
+/// Parts of the names z/x/y.png are the tiles of a folder.
+void fuzz_terrain_tiles(Bytes input) {
+  const fs::path folder = fresh_folder() / "tiles";
+  fs::create_directory(folder);
+  for (const Part& part : parts_of(input)) {
+    const std::string_view name = part.name.substr(0, part.name.find_last_of('.'));
+    if (!part.name.ends_with(".png") || name.size() > 40 || name.starts_with('/') ||
+        !std::all_of(name.begin(), name.end(),
+                     [](char c) { return c == '/' || (c >= '0' && c <= '9'); }))
+      continue;
+    const fs::path file = folder / part.name;
+    fs::create_directories(file.parent_path());
+    if (!fs::is_directory(file)) write_bytes(file, part.bytes);
+  }
+  tiler::ElevationOptions options;
+  options.vertical_datum = "egm96";
+  options.encoding = "terrarium";
+  read_raster(folder, options);
 }
 
 void fuzz_color_raster(Bytes input) {

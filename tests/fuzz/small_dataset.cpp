@@ -14,7 +14,11 @@ namespace fs = std::filesystem;
 SmallDataset::SmallDataset(const std::string& format)
     : folder_(scratch_folder("dataset_" + format) / format) {
   const fs::path capture = scratch_folder("capture_" + format);
-  test::write_tiny_capture(capture, {.num_frames = 2, .has_tartan2 = false, .has_sensor = true});
+  test::write_tiny_capture(capture, {.num_frames = 2,
+                                     .has_tartan2 = format == "tartanair",
+                                     .has_mcs4 = !format.starts_with("tartanair"),
+                                     .has_tartan_v1 = format == "tartanair_v1",
+                                     .has_sensor = !format.starts_with("tartanair")});
   const core::Log log("fuzz", core::LogLevel::Off);
   exporters::ExportOptions options;
   core::TomlDocument::parse("format = \"" + format + "\"", "fuzz.toml").read(options);

@@ -24,6 +24,8 @@
   X(dataset_kitti)                \
   X(dataset_kitti_object)         \
   X(dataset_kitti_raw)            \
+  X(dataset_tartanair)            \
+  X(dataset_tartanair_v1)         \
   X(dataset_terracast)            \
   X(exr)                          \
   X(features_geojson)             \
@@ -73,6 +75,7 @@
   X(rig_xlsx)                     \
   X(rig_xlsx_sheets)              \
   X(tabulated)                    \
+  X(terrain_tiles)                \
   X(tile)                         \
   X(tile_layers)                  \
   X(toml)                         \
