@@ -108,7 +108,10 @@ NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name) {
     fail(ErrorKind::Input, "{}: npy type \"{}\"; little-endian numbers are right", name, type);
   if (header_value(header, "fortran_order", name) != "False")
     fail(ErrorKind::Input, "{}: Fortran order; C order is right", name);
-  const std::string_view shape = header_value(header, "shape", name).substr(1);
+  std::string_view shape = header_value(header, "shape", name);
+  if (!shape.starts_with('('))
+    fail(ErrorKind::Input, "{}: shape {} where a tuple such as (480, 640) should be", name, shape);
+  shape.remove_prefix(1);
   std::size_t num_bytes = array.item_size;
   for (const std::string_view part : split_at(shape, ',')) {
     const std::string_view extent = trimmed(part);

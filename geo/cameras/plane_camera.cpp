@@ -68,7 +68,9 @@ void PlaneCamera::measure_finest() {
   places.resize(kBest);
   for (Place& best : places) {
     constexpr double kLeastStep = 1e-4;  // of a cell: where it is finest, 1e-8 of the value
-    for (double step = 0.5; step > kLeastStep;) {
+    // A few steps of each length are enough, but for coefficients so large that rounding alone has ups and downs.
+    int num_left = 2000;
+    for (double step = 0.5; step > kLeastStep && num_left > 0; --num_left) {
       const Place before = best;
       for (const Vector2d& way :
            {Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1), Vector2d(1, 1),
