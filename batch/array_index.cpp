@@ -29,15 +29,51 @@ struct Queue {
   const char* first;
   const char* last;
   const char* step;
+  const char* num_tasks;
 };
 constexpr Queue kQueues[] = {
-    {"SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX",
-     "SLURM_ARRAY_TASK_STEP"},
-    {"SGE_TASK_ID", "SGE_TASK_FIRST", "SGE_TASK_LAST", "SGE_TASK_STEPSIZE"},
-    {"PBS_ARRAY_INDEX", nullptr, nullptr, nullptr},
-    {"PBS_ARRAYID", nullptr, nullptr, nullptr},
-    {"JOB_COMPLETION_INDEX", nullptr, nullptr, nullptr},
+    {"SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX", "SLURM_ARRAY_TASK_STEP",
+     "SLURM_ARRAY_TASK_COUNT"},
+    {"SGE_TASK_ID", "SGE_TASK_FIRST", "SGE_TASK_LAST", "SGE_TASK_STEPSIZE", nullptr},
+    {"PBS_ARRAY_INDEX", nullptr, nullptr, nullptr, nullptr},
+    {"PBS_ARRAYID", nullptr, nullptr, nullptr, nullptr},
+    {"JOB_COMPLETION_INDEX", nullptr, nullptr, nullptr, nullptr},
 };
+
+using Variable = std::function<std::optional<std::string>(const char*)>;
+
+int number_of(const Variable& variable, const char* name) {
+  const auto value = variable(name).value_or("");
+  const int number = number_from(value);
+  if (number < 0)
+    fail(ErrorKind::Usage, "{} = \"{}\" is no number; give the part with --shard INDEX/COUNT", name,
+         value);
+  return number;
+}
+
+/// Of a queue that tells its array's first and last task.
+/// count   as of part_from_queue()
+Part part_in_array(const Queue& queue, const Variable& variable, int count) {
+  const int index = number_of(variable, queue.index);
+  const int first = number_of(variable, queue.first);
+  const int last = number_of(variable, queue.last);
+  const int step = std::max(1, number_of(variable, queue.step));
+  const Part part{.index = (index - first) / step, .count = (last - first) / step + 1};
+  const bool tells_number = queue.num_tasks != nullptr && variable(queue.num_tasks);
+  const int num_tasks = tells_number ? number_of(variable, queue.num_tasks) : part.count;
+  if (num_tasks != part.count || (index - first) % step != 0) {
+    if (count == 0)
+      fail(ErrorKind::Usage,
+           "the array's tasks {} to {} have holes, whose parts nobody would do; give an array "
+           "without holes, or, where these are some of COUNT tasks counted from 0, --parts COUNT",
+           first, last);
+    return {.index = index, .count = count};
+  }
+  if (count != 0 && count != part.count)
+    fail(ErrorKind::Usage, "--parts {}: this array has {} tasks ({})", count, part.count,
+         queue.index);
+  return part;
+}
 
 }  // namespace
 
@@ -60,28 +96,13 @@ std::optional<Part> part_from_queue(
   for (const Queue& queue : kQueues) {
     const auto text = variable(queue.index);
     if (!text || text->empty() || *text == "undefined") continue;  // SGE outside of arrays
-    const auto number = [&](const char* name) -> int {
-      const auto value = variable(name).value_or("");
-      const int parsed = number_from(value);
-      if (parsed < 0)
-        fail(ErrorKind::Usage, "{} = \"{}\" is no number; give the part with --shard INDEX/COUNT",
-             name, value);
-      return parsed;
-    };
-    Part part{.index = number(queue.index), .count = count};
-    if (queue.first != nullptr) {
-      const int first = number(queue.first);
-      const int step = std::max(1, number(queue.step));
-      part.index = (part.index - first) / step;
-      part.count = (number(queue.last) - first) / step + 1;
-      if (count != 0 && count != part.count)
-        fail(ErrorKind::Usage, "--parts {}: this array has {} tasks ({})", count, part.count,
-             queue.index);
-    } else if (count == 0) {
+    if (queue.first == nullptr && count == 0)
       fail(ErrorKind::Usage,
            "{} = {}, but nothing tells how many tasks there are; give it with --parts COUNT",
            queue.index, *text);
-    }
+    const Part part = queue.first != nullptr
+                          ? part_in_array(queue, variable, count)
+                          : Part{.index = number_of(variable, queue.index), .count = count};
     if (part.index < 0 || part.index >= part.count)
       fail(ErrorKind::Usage,
            "{} = {} is outside an array of {} tasks counted from 0; give the part with --shard "

@@ -13,6 +13,7 @@
 #include "batch/board.h"
 #include "batch/status.h"
 #include "core/atomic_file.h"
+#include "core/cpu_quota.h"
 #include "core/plugin_rows.h"
 #include "core/process_id.h"
 #include "core/program.h"
@@ -142,10 +143,9 @@ class Pool {
       add("--quota", fmt::format("{:.0f}", own.quota_bytes));
     add("--lease-s", fmt::format("{}", own.claims.lease_s));
     add("--max-tries", fmt::to_string(own.claims.max_tries));
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    add("--threads",
-        fmt::to_string(options_.num_threads > 0 ? options_.num_threads
-                                                : std::max(1, cores / options_.num_workers)));
+    add("--threads", fmt::to_string(options_.num_threads > 0
+                                        ? options_.num_threads
+                                        : std::max(1, core::cpus_to_use() / options_.num_workers)));
     const std::vector<std::string> plugins = core::plugin_arguments();
     words.insert(words.end(), plugins.begin(), plugins.end());
     return words;

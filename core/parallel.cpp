@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/cpu_quota.h"
 #include "core/error.h"
 #include "core/parallel_backend.h"
 #include "core/stop.h"
@@ -79,6 +80,7 @@ void for_each_block(std::int64_t count, std::int64_t grain,
 
 ThreadLimit::ThreadLimit(int num_threads) : control_(nullptr) {
   TERRACAST_CHECK(num_threads >= 0, "{} threads", num_threads);
+  if (num_threads == 0 && cpu_quota() > 0) num_threads = cpus_to_use();
   if (num_threads > 0) control_ = backend::new_limit(num_threads);
 }
 

@@ -6,7 +6,7 @@
 namespace terracast::core {
 
 /// Limits all parallel work of the process (ours and Embree's) while it lives. 0: one thread for
-/// each core.
+/// each of cpus_to_use().
 class ThreadLimit {
  public:
   explicit ThreadLimit(int num_threads);

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <string>
 
 #include "core/error.h"
 
@@ -64,6 +67,63 @@ TEST(ArrayIndex, EachQueueTellsItsTasksWhoTheyAre) {
             std::nullopt);
   EXPECT_EQ(part_of({{"PBS_ARRAY_INDEX", "3"}}, 4), (Part{3, 4}));
   EXPECT_EQ(part_of({{"JOB_COMPLETION_INDEX", "0"}}, 4), (Part{0, 4}));
+}
+
+/// A task of sbatch --array=3,7,8.
+Variables task_with_holes(const char* index) {
+  return {{"SLURM_ARRAY_TASK_ID", index},
+          {"SLURM_ARRAY_TASK_MIN", "3"},
+          {"SLURM_ARRAY_TASK_MAX", "8"},
+          {"SLURM_ARRAY_TASK_STEP", "1"},
+          {"SLURM_ARRAY_TASK_COUNT", "3"}};
+}
+
+// Parts 1, 2 and 3 of 6 would be nobody's, and the others wait for them for ever.
+TEST(ArrayIndex, ArraysWithHolesAreRefusedUnlessTheyArePartsOfAKnownNumber) {
+  using testing::HasSubstr;
+  for (const char* index : {"3", "7", "8"})
+    EXPECT_THAT(refusal_of(task_with_holes(index)),
+                testing::AllOf(HasSubstr("3 to 8 have holes"), HasSubstr("--parts COUNT")));
+  EXPECT_EQ(part_of(task_with_holes("7"), 10), (Part{7, 10}));
+  EXPECT_EQ(part_of(task_with_holes("3"), 10), (Part{3, 10}));
+  EXPECT_THAT(refusal_of(task_with_holes("8"), 8), HasSubstr("outside"));
+  // 0,2,5, where the step is that of the first two
+  Variables uneven = task_with_holes("5");
+  uneven["SLURM_ARRAY_TASK_MIN"] = "0";
+  uneven["SLURM_ARRAY_TASK_MAX"] = "5";
+  uneven["SLURM_ARRAY_TASK_STEP"] = "2";
+  EXPECT_THAT(refusal_of(uneven), HasSubstr("have holes"));
+  // Without holes the count is that of the others.
+  EXPECT_EQ(part_of({{"SLURM_ARRAY_TASK_ID", "25"},
+                     {"SLURM_ARRAY_TASK_MIN", "10"},
+                     {"SLURM_ARRAY_TASK_MAX", "30"},
+                     {"SLURM_ARRAY_TASK_STEP", "5"},
+                     {"SLURM_ARRAY_TASK_COUNT", "5"}}),
+            (Part{3, 5}));
+}
+
+/// What stands behind a key, up to a sign.
+std::string behind(const std::string& text, const std::string& key, const char* ends) {
+  const std::size_t at = text.find(key);
+  if (at == std::string::npos) return "absent: " + key;
+  const std::size_t from = text.find_first_not_of(" \"", at + key.size());
+  return text.substr(from, text.find_first_of(ends, from) - from);
+}
+
+// A pod takes its part from its index, and its threads from its CPU limit (CpuQuota.*), as the page's example sets them.
+TEST(ArrayIndex, TheExampleOfKubernetesStatesWhatIsReadOfIt) {
+  std::ifstream file(TERRACAST_SOURCE_DIR "/docs/cluster.md");
+  std::string page((std::istreambuf_iterator<char>(file)), {});
+  const std::size_t at = page.find("apiVersion: batch/v1");
+  ASSERT_NE(at, std::string::npos);
+  const std::string example = page.substr(at, page.find("\n## ", at) - at);
+  const int completions = std::stoi(behind(example, "completions:", "\n"));
+  EXPECT_EQ(behind(example, "completionMode:", "\n"), "Indexed");
+  EXPECT_EQ(behind(example, "--parts,", "\"]"), std::to_string(completions));
+  for (int i = 0; i < completions; ++i)
+    EXPECT_EQ(part_of({{"JOB_COMPLETION_INDEX", std::to_string(i)}}, completions),
+              (Part{i, completions}));
+  EXPECT_GE(std::stoi(behind(example, "limits: {cpu:", "\"")), 1);
 }
 
 TEST(ArrayIndex, WhatDoesNotFitIsRefused) {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <map>
-#include <thread>
 
+#include "core/cpu_quota.h"
 #include "core/error.h"
 #include "core/stop.h"
 #include "validate/checks/checker.h"
@@ -167,16 +167,15 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
     try {
       if (!sequence.binary_model)
         throw ColmapFailure("not a COLMAP dataset: there is nothing to give to COLMAP");
-      ColmapJob job{.dataset = dataset,
-                    .sequence = sequence,
-                    .shots = shots_of(sequence),
-                    .program = ColmapProgram(work / "logs"),
-                    .work = WorkFolder(fs::absolute(work)),
-                    .num_threads = context.num_threads > 0
-                                       ? context.num_threads
-                                       : static_cast<int>(std::thread::hardware_concurrency()),
-                    .num_seeds = static_cast<int>(options.colmap_seeds),
-                    .log = context.log};
+      ColmapJob job{
+          .dataset = dataset,
+          .sequence = sequence,
+          .shots = shots_of(sequence),
+          .program = ColmapProgram(work / "logs"),
+          .work = WorkFolder(fs::absolute(work)),
+          .num_threads = context.num_threads > 0 ? context.num_threads : core::cpus_to_use(),
+          .num_seeds = static_cast<int>(options.colmap_seeds),
+          .log = context.log};
       version = job.program.version();
       constexpr std::size_t kLeastImages = 3;
       if (job.shots.size() < kLeastImages)
