@@ -91,11 +91,13 @@ geo::CameraIntrinsics intrinsics_of_opencv(const OpencvLens& lens, std::string_v
     fail(ErrorKind::Input, "{}: {} distortion coefficients; a fisheye has 4, k1 k2 k3 k4",
          where_coefficients, d.size());
   if (!lens.is_fisheye) d.resize(num_needed(d, where_coefficients), 0.0);
+  const auto model =
+      std::find_if(kOpencvModels.begin(), kOpencvModels.end(), [&](const OpencvModel& one) {
+        return one.is_fisheye == lens.is_fisheye && one.num_coefficients == d.size();
+      });
+  TERRACAST_CHECK(model != kOpencvModels.end(), "no model of {} coefficients", d.size());
   geo::CameraIntrinsics intrinsics{
-      .model = lens.is_fisheye ? "opencv_fisheye"
-               : d.empty()     ? "pinhole"
-               : d.size() == 4 ? "opencv"
-                               : "full_opencv",
+      .model = std::string(model->model),
       .width_px = lens.width_px,
       .height_px = lens.height_px,
       .parameters = {k[0], k[4], k[2] + kCentreOfFirstPixel_px, k[5] + kCentreOfFirstPixel_px}};

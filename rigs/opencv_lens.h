@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,6 +9,19 @@
 #include "geo/camera_model.h"
 
 namespace terracast::rigs {
+
+/// Our model for so many distortion coefficients of OpenCV: k1 k2 p1 p2 [k3 [k4 k5 k6]], of a fisheye k1 k2 k3 k4.
+struct OpencvModel {
+  std::string_view model;
+  std::size_t num_coefficients;
+  bool is_fisheye;
+};
+inline constexpr std::array kOpencvModels = {
+    OpencvModel{"pinhole", 0, false},
+    OpencvModel{"opencv", 4, false},
+    OpencvModel{"full_opencv", 8, false},
+    OpencvModel{"opencv_fisheye", 4, true},
+};
 
 /// A camera as OpenCV's functions take it.
 struct OpencvLens {

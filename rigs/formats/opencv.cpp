@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "rigs/opencv_lens.h"
+#include "rigs/opencv_yaml.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 #include "rigs/yaml_file.h"
@@ -19,19 +21,6 @@ namespace {
 using capture::CameraCalibration;
 using core::ErrorKind;
 using core::fail;
-
-/// Our model for so many distortion coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6]], of a fisheye k1 k2 k3 k4.
-struct OpencvModel {
-  std::string_view model;
-  std::size_t num_coefficients;
-  bool is_fisheye;
-};
-constexpr std::array kModels = {
-    OpencvModel{"pinhole", 0, false},
-    OpencvModel{"opencv", 4, false},
-    OpencvModel{"full_opencv", 8, false},
-    OpencvModel{"opencv_fisheye", 4, true},
-};
 
 constexpr std::array kKnown = {
     core::KnownName{"rig", "the rig's name"},
@@ -88,10 +77,6 @@ std::string name_of(const KeyRecord::Path& path) {
   return core::find_known(kKnown, as_item) != nullptr ? as_item : name;
 }
 
-std::string where_of(const YamlValue& camera, std::string_view key) {
-  return camera.has(key) ? camera.at(key).where() : camera.where();
-}
-
 /// OpenCV's samples have a flag, others a name.
 bool read_is_fisheye(const YamlValue& camera, const std::vector<double>& coefficients) {
   const bool has_flag = camera.has("fisheye_model"), has_name = camera.states("distortion_model");
@@ -106,16 +91,17 @@ bool read_is_fisheye(const YamlValue& camera, const std::vector<double>& coeffic
 }
 
 geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
-  OpencvLens lens{.camera_matrix = camera.at("camera_matrix").matrix(9),
-                  .coefficients = {},
-                  .is_fisheye = false,
-                  .width_px = camera.at("image_width").size_px(),
-                  .height_px = camera.at("image_height").size_px()};
-  if (camera.has("distortion_coefficients"))
-    lens.coefficients = camera.at("distortion_coefficients").matrix();
-  lens.is_fisheye = read_is_fisheye(camera, lens.coefficients);
-  return intrinsics_of_opencv(lens, camera.at("camera_matrix").where(),
-                              where_of(camera, "distortion_coefficients"));
+  constexpr std::string_view kCoefficients = "distortion_coefficients";
+  return read_opencv_lens(
+      camera,
+      {.camera_matrix = camera.at("camera_matrix"),
+       .coefficients =
+           camera.has(kCoefficients) ? std::optional(camera.at(kCoefficients)) : std::nullopt,
+       .width = camera.at("image_width"),
+       .height = camera.at("image_height")},
+      [&](const std::vector<double>& coefficients) {
+        return read_is_fisheye(camera, coefficients);
+      });
 }
 
 CameraCalibration read_camera(const YamlValue& camera, const std::string& name) {
@@ -161,12 +147,12 @@ std::string matrix_text(const std::string& key, int num_rows, int num_columns,
 
 std::string camera_text(const CameraCalibration& camera) {
   const geo::CameraIntrinsics intrinsics = as_opencv(camera.intrinsics);
-  const auto known = std::find_if(kModels.begin(), kModels.end(), [&](const OpencvModel& model) {
-    return model.model == intrinsics.model;
-  });
-  if (known == kModels.end()) {
+  const auto known =
+      std::find_if(kOpencvModels.begin(), kOpencvModels.end(),
+                   [&](const OpencvModel& model) { return model.model == intrinsics.model; });
+  if (known == kOpencvModels.end()) {
     std::vector<std::string_view> models;
-    for (const OpencvModel& model : kModels) models.push_back(model.model);
+    for (const OpencvModel& model : kOpencvModels) models.push_back(model.model);
     fail(ErrorKind::Config, "camera {}: OpenCV has no model {}; it holds {}", camera.name,
          intrinsics.model, fmt::join(models, ", "));
   }
@@ -207,10 +193,7 @@ RigFormatInfo opencv_rigs() {
               [](const std::filesystem::path& path, std::string_view) {
                 const auto file = yaml_map_of(path);
                 if (file == nullptr) return false;
-                const bool is_of_ros = file->has("distortion_model") || file->has("camera_model") ||
-                                       file->has("rectification_matrix") ||
-                                       file->has("projection_matrix");
-                return (file->has("camera_matrix") && !is_of_ros) || file->has("cameras");
+                return (file->has("camera_matrix") && !has_ros_keys(*file)) || file->has("cameras");
               },
           .read = read_opencv,
           .write = write_opencv,

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "rigs/opencv_lens.h"
+#include "rigs/opencv_yaml.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 #include "rigs/yaml_file.h"
@@ -87,15 +88,13 @@ bool read_is_fisheye(const YamlValue& file, const std::vector<double>& coefficie
 }
 
 geo::CameraIntrinsics read_intrinsics(const YamlValue& file) {
-  const YamlValue k = get(file, {"camera_matrix", "K", "k"});
-  const std::optional<YamlValue> d = find(file, {"distortion_coefficients", "D", "d"});
-  const std::vector<double> coefficients = d ? d->matrix() : std::vector<double>{};
-  const OpencvLens lens{.camera_matrix = k.matrix(9),
-                        .coefficients = coefficients,
-                        .is_fisheye = read_is_fisheye(file, coefficients),
-                        .width_px = get(file, {"image_width", "width"}).size_px(),
-                        .height_px = get(file, {"image_height", "height"}).size_px()};
-  return intrinsics_of_opencv(lens, k.where(), d ? d->where() : file.where());
+  return read_opencv_lens(
+      file,
+      {.camera_matrix = get(file, {"camera_matrix", "K", "k"}),
+       .coefficients = find(file, {"distortion_coefficients", "D", "d"}),
+       .width = get(file, {"image_width", "width"}),
+       .height = get(file, {"image_height", "height"})},
+      [&](const std::vector<double>& coefficients) { return read_is_fisheye(file, coefficients); });
 }
 
 bool are_zero(const std::vector<double>& values) {
@@ -179,8 +178,7 @@ bool recognises_ros(const fs::path& path, std::string_view) {
     return std::any_of(keys.begin(), keys.end(),
                        [&](std::string_view key) { return file->has(key); });
   };
-  return (file->has("camera_matrix") && has_any({"distortion_model", "camera_model",
-                                                 "rectification_matrix", "projection_matrix"})) ||
+  return (file->has("camera_matrix") && has_ros_keys(*file)) ||
          (has_any({"K", "k"}) && has_any({"P", "p"}) && file->has("distortion_model"));
 }
 
