@@ -154,7 +154,6 @@ class RasterCanopy final : public Canopy {
   double half_size_m_;
   std::string content_hash_;
   core::Ledger ledger_;
-  core::Ledger ledger_;
   Grid<Eigen::Vector2d> nodes_;  ///< sample coordinates of the raster
   Eigen::Vector2d first_sample_ = Eigen::Vector2d::Zero();
   Grid<float> heights_m_;
