@@ -9,6 +9,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/buildings/building_draft.h"
 #include "tiler/buildings/building_tags.h"
 #include "tiler/buildings/raised_bodies.h"
 #include "world/tile.h"
@@ -43,58 +44,6 @@ std::uint64_t cell_key(double x, double y, double cell_m) {
   return static_cast<std::uint64_t>(cell(y)) << 32U | cell(x);
 }
 
-struct Draft {
-  Building building;
-  const FeatureTags* tags = nullptr;
-  bool is_dropped = false;
-  double share_earlier = 0.0;  ///< of it in buildings of earlier layers
-  double area_m2 = 0.0;
-  std::vector<Vector2d> inside_world;  ///< places within it
-};
-
-double share_in(const Draft& one, const Draft& other) {
-  if (one.inside_world.empty()) return 0.0;
-  std::size_t num_in = 0;
-  for (const Vector2d& place : one.inside_world)
-    num_in += contains_world(other.building, place) ? 1 : 0;
-  return static_cast<double>(num_in) / static_cast<double>(one.inside_world.size());
-}
-
-/// Whether `one` stays where they are the same.
-bool goes_before(const Draft& one, const Draft& other) {
-  if (one.area_m2 != other.area_m2) return one.area_m2 > other.area_m2;
-  return one.building.key < other.building.key;
-}
-
-/// Copies one after the other: the same footprint, and of parts the same tags; of each the one that
-/// stays first.
-bool comes_before_copies(const Draft& one, const Draft& other) {
-  const auto less_place = [](const Vector2i& a, const Vector2i& b) {
-    return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
-  };
-  const auto less_ring = [&](const std::vector<Vector2i>& a, const std::vector<Vector2i>& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), less_place);
-  };
-  const Building& a = one.building;
-  const Building& b = other.building;
-  if (a.is_part != b.is_part) return b.is_part;
-  if (a.footprint.place_m != b.footprint.place_m)
-    return less_place(a.footprint.place_m, b.footprint.place_m);
-  if (a.footprint.rings != b.footprint.rings)
-    return std::lexicographical_compare(a.footprint.rings.begin(), a.footprint.rings.end(),
-                                        b.footprint.rings.begin(), b.footprint.rings.end(),
-                                        less_ring);
-  if (a.is_part && one.tags->all() != other.tags->all()) return one.tags->all() < other.tags->all();
-  return a.key < b.key;
-}
-
-bool are_copies(const Draft& one, const Draft& other) {
-  const Building& a = one.building;
-  const Building& b = other.building;
-  return a.is_part == b.is_part && a.footprint.place_m == b.footprint.place_m &&
-         a.footprint.rings == b.footprint.rings && (!a.is_part || *one.tags == *other.tags);
-}
-
 class TownBuilder {
  public:
   TownBuilder(const std::vector<VectorFeature>& features, const HeightRaster* raster,
@@ -123,7 +72,7 @@ class TownBuilder {
 
   Town take_town() {
     Town town;
-    for (Draft& draft : drafts_) {
+    for (BuildingDraft& draft : drafts_) {
       if (draft.is_dropped) continue;
       town.index.add(static_cast<std::uint32_t>(town.buildings.size()), draft.building.lowest_world,
                      draft.building.highest_world);
@@ -169,7 +118,7 @@ class TownBuilder {
       if (feature.kind != FeatureKind::Area) continue;
       for (const auto& rings : feature.parts_world)
         for (Footprint& footprint : footprints_of(rings, footprint_counts_)) {
-          Draft draft;
+          BuildingDraft draft;
           draft.building.feature = feature.number;
           const std::uint64_t count = num_of[feature.number]++;
           draft.building.key =
@@ -194,7 +143,7 @@ class TownBuilder {
     core::parallel_for_blocks(static_cast<std::int64_t>(drafts_.size()), 256,
                               [&](std::int64_t begin, std::int64_t end) {
                                 for (std::int64_t i = begin; i < end; ++i) {
-                                  Draft& draft = drafts_[static_cast<std::size_t>(i)];
+                                  BuildingDraft& draft = drafts_[static_cast<std::size_t>(i)];
                                   draft.inside_world = places_within(draft.building);
                                 }
                               });
@@ -213,7 +162,7 @@ class TownBuilder {
   }
 
   void drop_what_is_wet() {
-    for (Draft& draft : drafts_) {
+    for (BuildingDraft& draft : drafts_) {
       bool is_wet = ground_.is_water(draft.building.footprint.place_m.cast<double>());
       for (const Vector2i& corner : draft.building.footprint.rings[0]) {
         if (!is_wet) break;
@@ -248,7 +197,7 @@ class TownBuilder {
               [&](std::size_t a, std::size_t b) { return goes_before(drafts_[a], drafts_[b]); });
     std::unordered_map<std::uint64_t, std::size_t> num_in;  // of each cell
     for (const std::size_t i : rows) {
-      Draft& draft = drafts_[i];
+      BuildingDraft& draft = drafts_[i];
       if (draft.is_dropped) continue;
       const std::vector<std::uint64_t> cells =
           BoxIndex::cells_of(draft.building.lowest_world, draft.building.highest_world);
@@ -262,7 +211,7 @@ class TownBuilder {
     }
   }
 
-  std::vector<std::uint32_t> near(const Draft& draft, double margin_m) const {
+  std::vector<std::uint32_t> near(const BuildingDraft& draft, double margin_m) const {
     std::vector<std::uint32_t> rows =
         index_.rows_in(draft.building.lowest_world.array() - margin_m,
                        draft.building.highest_world.array() + margin_m);
@@ -271,7 +220,7 @@ class TownBuilder {
   }
 
   /// Buildings of earlier layers whose boxes come so near to a draft's.
-  std::vector<const Building*> near_of_earlier(const Draft& draft, double margin_m) const {
+  std::vector<const Building*> near_of_earlier(const BuildingDraft& draft, double margin_m) const {
     const Vector2d lowest = draft.building.lowest_world.array() - margin_m;
     const Vector2d highest = draft.building.highest_world.array() + margin_m;
     std::vector<const Building*> others;
@@ -288,7 +237,7 @@ class TownBuilder {
     return others;
   }
 
-  double share_in_earlier(const Draft& draft) const {
+  double share_in_earlier(const BuildingDraft& draft) const {
     const std::vector<const Building*> others = near_of_earlier(draft, 0.0);
     if (others.empty() || draft.inside_world.empty()) return 0.0;
     const auto num_in = std::count_if(
@@ -312,17 +261,17 @@ class TownBuilder {
                                 });
     };
     for_each([&](std::size_t i) { drafts_[i].share_earlier = share_in_earlier(drafts_[i]); });
-    const auto is_theirs = [](const Draft& draft) {
+    const auto is_theirs = [](const BuildingDraft& draft) {
       return draft.share_earlier >= kShareOfEarlier;
     };
     std::vector<char> goes(drafts_.size(), 0);
     for_each([&](std::size_t i) {
-      const Draft& draft = drafts_[i];
+      const BuildingDraft& draft = drafts_[i];
       bool has_outline = false;
       bool stands = false;
       if (draft.building.is_part)
         for (const std::uint32_t j : near(draft, 0.0)) {
-          const Draft& outline = drafts_[j];
+          const BuildingDraft& outline = drafts_[j];
           if (outline.building.is_part || outline.is_dropped ||
               share_in(draft, outline) < kPartOfOutline)
             continue;
@@ -346,10 +295,10 @@ class TownBuilder {
         static_cast<std::int64_t>(drafts_.size()), 64, [&](std::int64_t begin, std::int64_t end) {
           for (std::int64_t k = begin; k < end; ++k) {
             const auto i = static_cast<std::size_t>(k);
-            const Draft& draft = drafts_[i];
+            const BuildingDraft& draft = drafts_[i];
             if (draft.is_dropped) continue;
             for (const std::uint32_t j : near(draft, 0.0)) {
-              const Draft& other = drafts_[j];
+              const BuildingDraft& other = drafts_[j];
               if (j == i || other.is_dropped || other.building.is_part != draft.building.is_part)
                 continue;
               if (!goes_before(other, draft)) continue;
@@ -381,11 +330,11 @@ class TownBuilder {
     std::vector<double> covered(drafts_.size(), 0.0);
     std::vector<std::size_t> owner(drafts_.size(), drafts_.size());
     for (std::size_t i = 0; i < drafts_.size(); ++i) {
-      const Draft& part = drafts_[i];
+      const BuildingDraft& part = drafts_[i];
       if (!part.building.is_part || part.is_dropped) continue;
       double best = kPartOfOutline;
       for (const std::uint32_t j : near(part, 0.0)) {
-        const Draft& outline = drafts_[j];
+        const BuildingDraft& outline = drafts_[j];
         if (outline.building.is_part || outline.is_dropped) continue;
         const double share = share_in(part, outline);
         if (share < best) continue;
@@ -399,7 +348,7 @@ class TownBuilder {
       if (owner[i] < drafts_.size()) parts[owner[i]].push_back(i);
     for (std::size_t j = 0; j < drafts_.size(); ++j) {
       if (parts[j].empty()) continue;
-      Draft& outline = drafts_[j];
+      BuildingDraft& outline = drafts_[j];
       std::size_t num_in = 0;
       for (const Vector2d& place : outline.inside_world)
         for (const std::size_t i : parts[j])
@@ -429,7 +378,7 @@ class TownBuilder {
       const Vector2i& at = building.footprint.place_m;
       built_m2_[cell_key(at.x(), at.y(), kDensityCell_m)] += built_m2;
     };
-    for (const Draft& draft : drafts_)
+    for (const BuildingDraft& draft : drafts_)
       if (!draft.is_dropped) add(draft.building, draft.area_m2);
     for (const Town* town : ground_.earlier)
       for (const Building& building : town->buildings)
@@ -447,7 +396,7 @@ class TownBuilder {
   }
 
   std::vector<bool> attached_edges(std::size_t row) const {
-    const Draft& draft = drafts_[row];
+    const BuildingDraft& draft = drafts_[row];
     const Footprint& footprint = draft.building.footprint;
     std::vector<bool> attached;
     std::vector<const Building*> others = near_of_earlier(draft, kAttached_m + 0.1);
@@ -501,7 +450,7 @@ class TownBuilder {
                                   if (!drafts_[static_cast<std::size_t>(k)].is_dropped)
                                     design(static_cast<std::size_t>(k));
                               });
-    for (Draft& draft : drafts_) {
+    for (BuildingDraft& draft : drafts_) {
       if (draft.is_dropped) continue;
       const BuildingDesign& design = draft.building.design;
       ++heights_[static_cast<std::size_t>(design.height_source)];
@@ -512,7 +461,7 @@ class TownBuilder {
   }
 
   void design(std::size_t row) {
-    Draft& draft = drafts_[row];
+    BuildingDraft& draft = drafts_[row];
     Building& building = draft.building;
     const Vector2d at = building.footprint.place_m.cast<double>();
     building.attached = attached_edges(row);
@@ -542,7 +491,7 @@ class TownBuilder {
   }
 
   /// Above the lowest ground, from which walls go up; nothing where no raster knows one.
-  std::optional<double> raster_height_m(const Draft& draft) const {
+  std::optional<double> raster_height_m(const BuildingDraft& draft) const {
     const Footprint& footprint = draft.building.footprint;
     if (const auto found = measured_m_.find(draft.building.feature); found != measured_m_.end())
       return found->second + middle_above_lowest_m(draft);
@@ -553,7 +502,7 @@ class TownBuilder {
 
   /// How far the ground in the middle of a footprint, from its lowest to its highest, is above the
   /// lowest at its corners: on a slope a height above the ground is one above that.
-  double middle_above_lowest_m(const Draft& draft) const {
+  double middle_above_lowest_m(const BuildingDraft& draft) const {
     if (draft.inside_world.empty()) return 0.0;
     const Footprint& footprint = draft.building.footprint;
     std::vector<double> heights_m;
@@ -572,7 +521,7 @@ class TownBuilder {
   const TownGround& ground_;
   double half_size_m_;
   std::uint64_t seed_;
-  std::vector<Draft> drafts_;
+  std::vector<BuildingDraft> drafts_;
   BoxIndex index_;
   std::unordered_map<std::size_t, std::size_t> part_of_;
   std::unordered_map<std::uint64_t, double> built_m2_;
