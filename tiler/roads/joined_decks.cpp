@@ -174,7 +174,8 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
   feet_ranks_.resize(decks.size(), 0);
   for (std::uint32_t place = 0; place < rows.size(); ++place) {
     const Deck& deck = decks[rows[place]];
-    const auto& [lowest, highest] = boxes[place];
+    const auto& lowest = boxes[place].first;
+    const auto& highest = boxes[place].second;
     TakenRanks taken, taken_by_feet;
     int num_met = 0;
     const auto look_at = [&](std::uint32_t earlier) {

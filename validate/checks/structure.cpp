@@ -21,7 +21,8 @@ class StructureChecker : public Checker {
                                                            dataset.files.end());
     std::atomic<std::uint64_t> num_bytes{0};
     core::parallel_for(static_cast<std::int64_t>(listed.size()), [&](std::int64_t i) {
-      const auto& [path, record] = listed[static_cast<std::size_t>(i)];
+      const std::string& path = listed[static_cast<std::size_t>(i)].first;
+      const FileRecord& record = listed[static_cast<std::size_t>(i)].second;
       changed.attempt(path, [&] {
         const std::filesystem::path file = dataset.root / path;
         std::error_code error;

@@ -112,7 +112,8 @@ std::vector<Pair> covisible_pairs(const ColmapJob& job) {
     partners[pair.second].push_back({pair, shared});
   }
   std::set<Pair> chosen;
-  for (auto& [image, list] : partners) {
+  for (auto& partners_of_image : partners) {
+    std::vector<Partner>& list = partners_of_image.second;
     const auto take_best = [&chosen, &list](std::size_t count, auto score) {
       std::stable_sort(list.begin(), list.end(),
                        [&](const Partner& a, const Partner& b) { return score(a) > score(b); });
