@@ -340,7 +340,6 @@ TEST(FeatureForm, ThatDoesNotHoldTogetherIsRefused) {
       [](auto& form) { form.layers[0].end_byte = ~std::uint64_t{0}; },
       [](auto& form) { form.layers[0].num_given = 13; },
       [](auto& form) { form.layers[0].num_given = -1; },
-      [](auto& form) { form.layers[0].fields[0].type = static_cast<OGRFieldType>(99); },
       [](auto& form) { form.layers[0].fields[0].type = OFTWideString; },
       [](auto& form) { form.layers[0].fields[0].subtype = OFSTBoolean; },
       [](auto& form) { form.layers[0].fields[0].width = -1; },

@@ -37,7 +37,6 @@ TEST(RasterForm, ThatDoesNotHoldTogetherIsRefused) {
       [](auto& form) { form.bands.resize(2); },
       [](auto& form) { form.planes.clear(); },
       [](auto& form) { form.planes[0].type = GDT_Unknown; },
-      [](auto& form) { form.planes[0].type = static_cast<GDALDataType>(99); },
       [](auto& form) { form.planes[0].type = GDT_Float64; },
       [](auto& form) { form.planes[0].block_width = 0; },
       [](auto& form) { form.planes[0].block_height = -1; },

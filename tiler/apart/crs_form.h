@@ -7,9 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "tiler/apart/form_io.h"
 #include "tiler/gdal_support.h"
 
 namespace terracast::tiler {
+
+template <>
+inline constexpr std::int32_t kLargestOf<OSRAxisMappingStrategy> = OAMS_CUSTOM;
 
 /// A coordinate reference system as a form (form_io.h).
 struct CrsForm {

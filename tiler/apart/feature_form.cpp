@@ -14,6 +14,13 @@ namespace {
 
 enum class FieldState : std::int32_t { Unset, Null, Set };
 
+}  // namespace
+
+template <>
+inline constexpr std::int32_t kLargestOf<FieldState> = static_cast<std::int32_t>(FieldState::Set);
+
+namespace {
+
 struct DateForm {
   std::int16_t year = 0;
   std::array<std::uint8_t, 5> parts = {};  ///< month, day, hour, minute, flag of the time zone
@@ -205,8 +212,6 @@ std::unique_ptr<OGRFeature> decode_feature(std::span<const std::byte> bytes, OGR
       feature->SetFieldNull(i);
     else if (state == FieldState::Set)
       read_value(*feature, i, read);
-    else if (state != FieldState::Unset)
-      in.refuse("a field is neither set nor unset");
   }
   const std::span<const std::uint8_t> wkb = in.get_bytes();
   if (!in.is_at_end()) in.refuse("a feature goes on behind its end");

@@ -17,6 +17,11 @@ class OGRFeatureDefn;
 
 namespace terracast::tiler {
 
+template <>
+inline constexpr std::int32_t kLargestOf<OGRFieldType> = OFTMaxType;
+template <>
+inline constexpr std::int32_t kLargestOf<OGRFieldSubType> = OFSTMaxSubType;
+
 struct FieldForm {
   std::string name;
   OGRFieldType type = OFTString;
@@ -31,7 +36,7 @@ struct FieldForm {
 
 struct LayerForm {
   std::string name;
-  OGRwkbGeometryType geometry = wkbUnknown;
+  std::uint32_t geometry = wkbUnknown;  ///< OGRwkbGeometryType, whose values are bits
   std::optional<CrsForm> crs;
   std::vector<FieldForm> fields;
   std::int64_t num_stated = 0;  ///< features by the driver's count

@@ -64,7 +64,7 @@ LayerForm read_layer(OGRLayer& layer, FeatureFile& out) {
   const GdalErrors errors;
   LayerForm form;
   form.name = layer.GetName();
-  form.geometry = layer.GetGeomType();
+  form.geometry = static_cast<std::uint32_t>(layer.GetGeomType());
   form.crs = CrsForm::of(layer.GetSpatialRef());
   form.first_byte = out.size_bytes();
   if (form.geometry != wkbNone) {

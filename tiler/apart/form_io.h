@@ -13,6 +13,10 @@
 /// members, once for both ways: numbers, texts, enumerations, and optional ones, lists and structs of these.
 namespace terracast::tiler {
 
+/// The largest enumerator that a form may have; from 0.
+template <class Enum>
+inline constexpr std::int32_t kLargestOf = -1;
+
 class FormWriter {
  public:
   explicit FormWriter(world::ByteWriter& out) : out_(out) {}
@@ -59,7 +63,7 @@ class FormReader {
   template <class T>
   void operator()(T& value) {
     if constexpr (std::is_enum_v<T>)
-      value = static_cast<T>(in_.get<std::int32_t>());
+      value = enumerator<T>();
     else if constexpr (std::is_same_v<T, bool>)
       value = in_.get<std::uint8_t>() != 0;
     else if constexpr (std::is_arithmetic_v<T>)
@@ -69,6 +73,15 @@ class FormReader {
   }
 
  private:
+  /// No other value may even be looked at.
+  template <class Enum>
+  Enum enumerator() {
+    static_assert(kLargestOf<Enum> >= 0, "state kLargestOf for it");
+    const auto number = in_.get<std::int32_t>();
+    if (number < 0 || number > kLargestOf<Enum>) in_.refuse("a value is none of its kind");
+    return static_cast<Enum>(number);
+  }
+
   world::ByteReader& in_;
 };
 

@@ -20,7 +20,7 @@ class GivenLayer final : public OGRLayer {
     fields_ = new OGRFeatureDefn(form_.name.c_str());
     fields_->Reference();
     SetDescription(form_.name.c_str());
-    fields_->SetGeomType(form_.geometry);
+    fields_->SetGeomType(static_cast<OGRwkbGeometryType>(form_.geometry));
     for (const FieldForm& field : form_.fields) {
       OGRFieldDefn defn(field.name.c_str(), field.type);
       defn.SetSubType(field.subtype);

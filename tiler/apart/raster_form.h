@@ -14,6 +14,13 @@
 
 namespace terracast::tiler {
 
+template <>
+inline constexpr std::int32_t kLargestOf<GDALDataType> = GDT_TypeCount - 1;
+template <>
+inline constexpr std::int32_t kLargestOf<GDALColorInterp> = GCI_Max;
+template <>
+inline constexpr std::int32_t kLargestOf<GDALPaletteInterp> = GPI_HLS;
+
 /// Samples of one type in blocks from the north-west, rows of blocks from the north; those at the edges go beyond it.
 struct PlaneForm {
   GDALDataType type = GDT_Unknown;
