@@ -61,14 +61,14 @@ Part part_in_array(const Queue& queue, const Variable& variable, int count) {
   const Part part{.index = (index - first) / step, .count = (last - first) / step + 1};
   const bool tells_number = queue.num_tasks != nullptr && variable(queue.num_tasks);
   const int num_tasks = tells_number ? number_of(variable, queue.num_tasks) : part.count;
-  if (num_tasks != part.count || (index - first) % step != 0) {
-    if (count == 0)
-      fail(ErrorKind::Usage,
-           "the array's tasks {} to {} have holes, whose parts nobody would do; give an array "
-           "without holes, or, where these are some of COUNT tasks counted from 0, --parts COUNT",
-           first, last);
-    return {.index = index, .count = count};
-  }
+  const bool has_holes = num_tasks != part.count || (index - first) % step != 0;
+  if (has_holes && count == 0)
+    fail(ErrorKind::Usage,
+         "the array's tasks {} to {} have holes, whose parts nobody would do; give an array "
+         "without holes, or, where these are some of COUNT tasks counted from 0, --parts COUNT",
+         first, last);
+  // Some of the tasks of a larger array, started again: one, neighbours, or others.
+  if (count != 0 && (has_holes || count > part.count)) return {.index = index, .count = count};
   if (count != 0 && count != part.count)
     fail(ErrorKind::Usage, "--parts {}: this array has {} tasks ({})", count, part.count,
          queue.index);
@@ -106,7 +106,7 @@ std::optional<Part> part_from_queue(
     if (part.index < 0 || part.index >= part.count)
       fail(ErrorKind::Usage,
            "{} = {} is outside an array of {} tasks counted from 0; give the part with --shard "
-           "INDEX/COUNT",
+           "INDEX/COUNT (of an array counted from 1, one less than the task's number)",
            queue.index, *text, part.count);
     return part;
   }

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "geo/fixes/text.h"
 
 namespace terracast::rigs {
 namespace {
@@ -29,6 +30,14 @@ std::string without_quotes(std::string text) {
   return text;
 }
 
+bool has_several_numbers(const std::string& text) {
+  std::istringstream words(text);
+  std::size_t num_words = 0;
+  for (std::string word; words >> word; ++num_words)
+    if (!geo::number_of(word)) return false;
+  return num_words > 1;
+}
+
 YAML::Node list_of_words(const std::string& text) {
   YAML::Node list(YAML::NodeType::Sequence);
   std::istringstream words(text);
@@ -42,14 +51,19 @@ YAML::Node node_of(const pugi::xml_node& element, int depth, const std::string& 
                kDeepest);
   if (!has_elements(element)) {
     const std::string text = element.text().get();
-    return std::string_view(element.name()) == "data" ? list_of_words(text)
-                                                      : YAML::Node(without_quotes(text));
+    return std::string_view(element.name()) == "data" || has_several_numbers(text)
+               ? list_of_words(text)
+               : YAML::Node(without_quotes(text));
   }
   YAML::Node node;
+  const bool is_list = element.child("_");
   for (const pugi::xml_node& child : element) {
     if (child.type() != pugi::node_element) continue;
     const YAML::Node value = node_of(child, depth + 1, file);
-    if (std::string_view(child.name()) == "_")
+    if ((std::string_view(child.name()) == "_") != is_list)
+      core::fail(core::ErrorKind::Input, "{}: <{}> has both items and names in it", file,
+                 element.name());
+    if (is_list)
       node.push_back(value);
     else
       node.force_insert(std::string(child.name()), value);
@@ -60,8 +74,7 @@ YAML::Node node_of(const pugi::xml_node& element, int depth, const std::string& 
 }  // namespace
 
 bool is_opencv_xml(std::string_view text) {
-  const std::string_view begin = text.substr(0, 512);
-  return begin.find("<opencv_storage") != std::string_view::npos;
+  return text.find("<opencv_storage") != std::string_view::npos;
 }
 
 YAML::Node node_of_opencv_xml(const std::string& text, const std::string& file) {

@@ -124,8 +124,18 @@ std::unique_ptr<YamlValue> yaml_map_of(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file) ||
       std::find(kExtensions.begin(), kExtensions.end(), file.extension()) == kExtensions.end())
     return nullptr;
-  auto value = std::make_unique<YamlValue>(YamlValue::read(file));
-  return value->is_map() ? std::move(value) : nullptr;
+  const bool is_xml = file.extension() == ".xml";
+  if (is_xml && !is_opencv_xml(core::read_text_file(file, kMostBytes))) return nullptr;
+  try {
+    auto value = std::make_unique<YamlValue>(YamlValue::read(file));
+    if (!value->is_map()) return nullptr;
+    value->keys();  // looks for those that stand twice
+    return value;
+  } catch (const core::Error& error) {
+    // What is JSON of something else is nobody's damaged calibration.
+    if (file.extension() != ".json" || error.kind() != ErrorKind::Input) throw;
+    return nullptr;
+  }
 }
 
 std::string YamlValue::where() const {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <vector>
 
 #include "core/error.h"
 #include "geo/fixes/text.h"
@@ -28,6 +30,8 @@ const std::array kUnits = {
     Unit{Quantity::Angle, "deg", 1.0},
     Unit{Quantity::Angle, "rad", degrees_from_radians(1.0)},
     Unit{Quantity::Angle, "deg_e7", 1e-7},
+    Unit{Quantity::Attitude, "deg", 1.0},
+    Unit{Quantity::Attitude, "rad", degrees_from_radians(1.0)},
     Unit{Quantity::Speed, "mps", 1.0},
     Unit{Quantity::Speed, "kn", kMetresPerSecondPerKnot},
     Unit{Quantity::Speed, "kmh", 1.0 / 3.6},
@@ -75,13 +79,65 @@ constexpr std::array kWords = {
     Word{Quantity::Time, "nanoseconds", "ns"},
 };
 
-/// What stands in the last brackets of a name, or behind its last sign; empty: it is one word.
-std::string_view last_word(std::string_view name) {
-  while (!name.empty() && (name.back() == ']' || name.back() == ')' || name.back() == ' '))
-    name.remove_suffix(1);
-  const std::size_t begin = name.find_last_of("_ [(-.");
-  if (begin == std::string_view::npos) return "";
-  return name.substr(begin + 1);
+/// Units that no key has: what is in them is not silently taken for something else.
+constexpr std::array kOthers = {
+    Word{Quantity::Length, "dm", ""},  Word{Quantity::Length, "mi", ""},
+    Word{Quantity::Length, "nmi", ""}, Word{Quantity::Length, "yd", ""},
+    Word{Quantity::Angle, "cdeg", ""}, Word{Quantity::Angle, "mrad", ""},
+    Word{Quantity::Angle, "grad", ""}, Word{Quantity::Angle, "gon", ""},
+    Word{Quantity::Angle, "mil", ""},  Word{Quantity::Speed, "fps", ""},
+    Word{Quantity::Speed, "ft/s", ""}, Word{Quantity::Speed, "cm/s", ""},
+    Word{Quantity::Speed, "mm/s", ""}, Word{Quantity::Speed, "ft/min", ""}};
+
+const Word* find_word(Quantity quantity, std::string_view text) {
+  const Quantity of = quantity == Quantity::Attitude ? Quantity::Angle : quantity;
+  for (const std::span<const Word> words :
+       {std::span<const Word>(kWords), std::span<const Word>(kOthers)})
+    for (const Word& known : words)
+      if (known.quantity == of && known.word == text &&
+          (quantity != Quantity::Attitude || known.unit != "deg_e7"))
+        return &known;
+  return nullptr;
+}
+
+/// Words of a name, each with the next one as "m/s" too: names of columns have few signs.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words(1);
+  for (const char c : name)
+    if (std::string_view("_ ()[].-").find(c) == std::string_view::npos)
+      words.back() += c;
+    else if (!words.back().empty())
+      words.emplace_back();
+  if (words.back().empty()) words.pop_back();
+  for (std::size_t i = words.size(); i-- > 2;) words.push_back(words[i - 1] + "/" + words[i]);
+  return words;
+}
+
+/// What stands in the last brackets of a name; empty: there are none.
+std::string_view in_brackets(std::string_view name) {
+  const std::size_t end = name.find_last_of("])");
+  const std::size_t begin = name.find_last_of("[(", end);
+  if (end == std::string_view::npos || begin == std::string_view::npos) return "";
+  std::string_view content = name.substr(begin + 1, end - begin - 1);
+  while (content.ends_with('.') || content.ends_with(' ')) content.remove_suffix(1);
+  return content;
+}
+
+/// The unit that a name in small letters states: in its brackets, or as the one unit among its words behind the first.
+/// nullptr: none, or several.
+const Word* stated_unit(Quantity quantity, std::string_view name) {
+  if (quantity == Quantity::Angle && name.find("1e-7") != std::string_view::npos)
+    return find_word(quantity, "e7");
+  if (const Word* whole = find_word(quantity, in_brackets(name))) return whole;
+  const std::vector<std::string> words = words_of(name);
+  const Word* found = nullptr;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const Word* one = find_word(quantity, words[i]);
+    if (one == nullptr) continue;
+    if (found != nullptr && found->unit != one->unit) return nullptr;
+    found = one;
+  }
+  return found;
 }
 
 /// Of a column that nothing says more of.
@@ -94,13 +150,8 @@ std::string usual_unit(Quantity quantity) {
 }  // namespace
 
 std::string unit_of_name(Quantity quantity, std::string_view column) {
-  const std::string lower = in_lower_case(column);
-  std::string_view word = last_word(lower);
-  // "m s-1" and "ms-1" end behind a dash of their own.
-  if (quantity == Quantity::Speed && (lower.find("ms-1") != std::string::npos)) word = "ms-1";
-  for (const Word& known : kWords)
-    if (known.quantity == quantity && known.word == word) return std::string(known.unit);
-  return "";
+  const Word* word = stated_unit(quantity, in_lower_case(column));
+  return word == nullptr ? "" : std::string(word->unit);
 }
 
 double si_per(Quantity quantity, std::string_view unit) {
@@ -120,6 +171,10 @@ ColumnUnit::ColumnUnit(Quantity quantity, std::string_view column, std::string_v
   if (!stated.empty() && !named.empty() && si != si_per(quantity, named))
     remark =
         fmt::format("{} is read as {} = \"{}\", while its name says {}", column, key, unit, named);
+  else if (const Word* word = stated_unit(quantity, in_lower_case(column));
+           stated.empty() && word != nullptr && word->unit.empty())
+    remark = fmt::format("{} is read as {} = \"{}\", while its name says {}, which no key states",
+                         column, key, unit, word->word);
   else if (stated.empty() && unit != usual)
     remark = fmt::format("{} is read as {} = \"{}\", as its name says", column, key, unit);
 }

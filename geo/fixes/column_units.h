@@ -6,10 +6,11 @@
 /// Units of a table's columns: what the config says, or else the column's name, or else metres, degrees, metres a second.
 namespace terracast::geo {
 
-enum class Quantity { Length, Angle, Speed, Time };
+/// Angle: of places, which some count in ten millionths of a degree. Attitude: of bodies.
+enum class Quantity { Length, Angle, Attitude, Speed, Time };
 
-/// The unit that a column's name states behind a blank, a bracket, a dash, a dot or an underscore, as the config calls
-/// it: "ft" of alt_ft, "height (feet)"; "mph" of "speed [mph]"; "ms" of time_ms; empty: none.
+/// The unit that a column's name states in its last brackets, or as the one unit among its words behind the first, as
+/// the config calls it: "ft" of alt_ft_msl, "height (feet)"; "mph" of "speed [mph]"; "ms" of time_ms; empty: none.
 std::string unit_of_name(Quantity quantity, std::string_view column);
 
 /// What a number of a unit is in metres, degrees, metres a second or seconds.
@@ -18,6 +19,7 @@ double si_per(Quantity quantity, std::string_view unit);
 
 /// The unit in which a column is read.
 struct ColumnUnit {
+  ColumnUnit() = default;
   /// stated   by the config under a key; empty: nothing
   ColumnUnit(Quantity quantity, std::string_view column, std::string_view key,
              std::string_view stated);

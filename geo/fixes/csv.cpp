@@ -142,19 +142,20 @@ class CsvFixes final : public FixFormat {
         columns.push_back({index, ColumnUnit(quantity, table.column_names()[index], key, stated)});
       };
       const bool is_geodetic = options.frame() == FixFrame::Geodetic;
-      const bool is_in_degrees = options.angle_unit_ == "dms";
       for (const std::size_t index : place_indices(options, table, has_heights))
-        if (is_geodetic && place.size() < 2)
-          add(place, index, Quantity::Angle, "angle_unit",
-              is_in_degrees ? "deg" : options.angle_unit_);
-        else
+        if (!is_geodetic || place.size() == 2)
           add(place, index, Quantity::Length, "length_unit", options.length_unit_);
-      const bool is_quaternion = options.attitude_columns_.size() == 4;
+        else if (options.angle_unit_ == "dms")
+          place.push_back({index, {}});
+        else
+          add(place, index, Quantity::Angle, "angle_unit", options.angle_unit_);
       for (const std::size_t index : indices(options.attitude_columns_, table))
-        add(attitude, index, Quantity::Angle, "attitude_unit",
-            is_quaternion ? "deg" : options.attitude_unit_);
+        if (options.attitude_columns_.size() == 4)
+          attitude.push_back({index, {}});
+        else
+          add(attitude, index, Quantity::Attitude, "attitude_unit", options.attitude_unit_);
       for (const std::size_t index : indices(options.gimbal_columns_, table))
-        add(gimbal, index, Quantity::Angle, "attitude_unit", options.attitude_unit_);
+        add(gimbal, index, Quantity::Attitude, "attitude_unit", options.attitude_unit_);
       if (!options.speed_column_.empty())
         add(speed, table.column(options.speed_column_), Quantity::Speed, "speed_unit",
             options.speed_unit_);

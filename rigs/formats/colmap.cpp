@@ -365,8 +365,12 @@ RigFormatInfo colmap_rigs() {
           [](const fs::path& path, std::string_view first_bytes) {
             if (fs::is_directory(path))
               return fs::exists(path / "rig_config.json") || fs::exists(path / "cameras.txt");
-            const bool is_of_rig = first_bytes.find("\"cameras\"") != std::string_view::npos ||
-                                   first_bytes.find("\"ref_camera_id\"") != std::string_view::npos;
+            // A list of rigs; a map with cameras is of OpenCV.
+            const std::size_t begin = first_bytes.find_first_not_of(" \t\r\n");
+            const bool is_list = begin != std::string_view::npos && first_bytes[begin] == '[';
+            const bool is_of_rig =
+                is_list && (first_bytes.find("\"cameras\"") != std::string_view::npos ||
+                            first_bytes.find("\"ref_camera_id\"") != std::string_view::npos);
             return path.filename() == "rig_config.json" || path.filename() == "cameras.txt" ||
                    (path.extension() == ".json" && is_of_rig);
           },

@@ -53,6 +53,10 @@ constexpr std::array kKnown = {
     core::KnownName{"Tbc.*", "the matrix"},
     core::KnownName{"RGBD.DepthMapFactor", "with it the baseline is a depth camera's own"},
     core::KnownName{"DepthMapFactor", "with it the baseline is a depth camera's own"},
+    core::KnownName{"Camera.DepthMapFactor", "with it the baseline is a depth camera's own"},
+    core::KnownName{"CameraN.lapping*", "of the program", false},
+    core::KnownName{"Lapping.*", "of the program", false},
+    core::KnownName{"Camera.bFishEye", "Camera.type tells it", false},
     core::KnownName{"File.version", "the names tell it", false},
     core::KnownName{"Camera.fps", "a flight's rate_hz has it", false},
     core::KnownName{"Camera.RGB", "images are red, green, blue", false},
@@ -128,14 +132,21 @@ std::optional<geo::Rigid3d> baseline_of(const YamlValue& file, double fx_px) {
   const bool has_b = file.states("Stereo.b");
   if (!has_b && !file.states("Camera.bf")) return std::nullopt;
   const YamlValue value = file.at(has_b ? "Stereo.b" : "Camera.bf");
-  if (file.states("RGBD.DepthMapFactor") || file.states("DepthMapFactor")) {
-    value.pass_over("from a depth camera to its projector: it has one camera");
+  for (const char* key : {"RGBD.DepthMapFactor", "DepthMapFactor", "Camera.DepthMapFactor"})
+    if (file.states(key)) {
+      file.at(key);
+      value.pass_over("from a depth camera to its projector: it has one camera");
+      return std::nullopt;
+    }
+  if (value.number() == 0.0) {
+    value.pass_over("0: there is one camera");
     return std::nullopt;
   }
   const double baseline_m = has_b ? value.number() : value.number() / fx_px;
   if (!(baseline_m > 0.0 && std::isfinite(baseline_m)))
-    fail(ErrorKind::Input, "{} = {}; the distance to a second camera is above 0", value.where(),
-         value.number());
+    fail(ErrorKind::Input,
+         "{} = {}; the distance to a second camera is above 0, and left out where there is none",
+         value.where(), value.number());
   return geo::Rigid3d{.rotation = Eigen::Quaterniond::Identity(),
                       .translation = {baseline_m, 0.0, 0.0}};
 }
@@ -158,7 +169,7 @@ ImportedRig read_orb_slam(const fs::path& path, const ReadOptions& options) {
                                              .body_from_rig = {}}};
   std::optional<geo::Rigid3d> first_from_second;
   CameraCalibration second = cameras.front();
-  if (file.has("Camera2.fx")) {
+  if (file.has("Camera2.fx") && type_of(file) != "Rectified") {
     second.intrinsics = read_intrinsics(file, "Camera2");
     const auto pose = first_of(file, {"Stereo.T_c1_c2", "Tlr"});
     if (!pose)

@@ -111,6 +111,26 @@ std::string behind(const std::string& text, const std::string& key, const char* 
 }
 
 // A pod takes its part from its index, and its threads from its CPU limit (CpuQuota.*), as the page's example sets them.
+TEST(ArrayIndex, SomeTasksOfALargerArrayAreItsParts) {
+  const auto task = [](const char* index, const char* first, const char* last, const char* count) {
+    return Variables{{"SLURM_ARRAY_TASK_ID", index},
+                     {"SLURM_ARRAY_TASK_MIN", first},
+                     {"SLURM_ARRAY_TASK_MAX", last},
+                     {"SLURM_ARRAY_TASK_STEP", "1"},
+                     {"SLURM_ARRAY_TASK_COUNT", count}};
+  };
+  EXPECT_EQ(part_of(task("7", "7", "7", "1"), 32), (Part{7, 32}));  // sbatch --array=7
+  EXPECT_EQ(part_of(task("4", "3", "5", "3"), 32), (Part{4, 32}));  // --array=3-5
+  EXPECT_EQ(part_of({{"SGE_TASK_ID", "7"},
+                     {"SGE_TASK_FIRST", "7"},
+                     {"SGE_TASK_LAST", "7"},
+                     {"SGE_TASK_STEPSIZE", "1"}},
+                    32),
+            (Part{7, 32}));
+  EXPECT_THAT(refusal_of(task("32", "32", "32", "1"), 32),
+              testing::HasSubstr("one less than the task's number"));
+}
+
 TEST(ArrayIndex, TheExampleOfKubernetesStatesWhatIsReadOfIt) {
   std::ifstream file(TERRACAST_SOURCE_DIR "/docs/cluster.md");
   std::string page((std::istreambuf_iterator<char>(file)), {});

@@ -69,17 +69,40 @@ TEST_F(CsvFiles, NumbersAreInTheUnitThatAKeyOrElseTheColumnsNameStates) {
     Quantity quantity;
     const char *name, *unit;
   };
-  for (const Case& one :
-       {Case{Quantity::Length, "height_m", "m"}, Case{Quantity::Length, "alt_ft", "ft"},
-        Case{Quantity::Length, "height_above_takeoff(feet)", "ft"},
-        Case{Quantity::Length, "Altitude [m]", "m"}, Case{Quantity::Length, "z.mm", "mm"},
-        Case{Quantity::Length, "altitude", ""}, Case{Quantity::Length, "m", ""},
-        Case{Quantity::Length, "alt_msl", ""}, Case{Quantity::Speed, "speed(mph)", "mph"},
-        Case{Quantity::Speed, "speed [km/h]", "kmh"}, Case{Quantity::Speed, "gs_kt", "kn"},
-        Case{Quantity::Speed, "v (m/s)", "mps"}, Case{Quantity::Speed, "speed", ""},
-        Case{Quantity::Angle, "lat_rad", "rad"}, Case{Quantity::Angle, "yaw(degrees)", "deg"},
-        Case{Quantity::Angle, "lon_e7", "deg_e7"}, Case{Quantity::Angle, "lat (\u00B0)", "deg"},
-        Case{Quantity::Angle, "latitude", ""}})
+  for (const Case& one : {Case{Quantity::Length, "height_m", "m"},
+                          Case{Quantity::Length, "alt_ft", "ft"},
+                          Case{Quantity::Length, "height_above_takeoff(feet)", "ft"},
+                          Case{Quantity::Length, "Altitude [m]", "m"},
+                          Case{Quantity::Length, "z.mm", "mm"},
+                          Case{Quantity::Length, "altitude", ""},
+                          Case{Quantity::Length, "m", ""},
+                          Case{Quantity::Length, "alt_msl", ""},
+                          Case{Quantity::Speed, "speed(mph)", "mph"},
+                          Case{Quantity::Speed, "speed [km/h]", "kmh"},
+                          Case{Quantity::Speed, "gs_kt", "kn"},
+                          Case{Quantity::Speed, "v (m/s)", "mps"},
+                          Case{Quantity::Speed, "speed", ""},
+                          Case{Quantity::Angle, "lat_rad", "rad"},
+                          Case{Quantity::Angle, "yaw(degrees)", "deg"},
+                          Case{Quantity::Angle, "lon_e7", "deg_e7"},
+                          Case{Quantity::Angle, "lat (\u00B0)", "deg"},
+                          Case{Quantity::Angle, "latitude", ""},
+                          Case{Quantity::Length, "altitude (ft MSL)", "ft"},
+                          Case{Quantity::Length, "alt_ft_msl", "ft"},
+                          Case{Quantity::Length, "height (ft.)", "ft"},
+                          Case{Quantity::Length, "alt_dm", ""},
+                          Case{Quantity::Angle, "lat [degE7]", "deg_e7"},
+                          Case{Quantity::Angle, "lat_degE7", "deg_e7"},
+                          Case{Quantity::Angle, "lat [1e-7 deg]", "deg_e7"},
+                          Case{Quantity::Attitude, "Yaw (deg.)", "deg"},
+                          Case{Quantity::Attitude, "heading (\u00B0 true)", "deg"},
+                          Case{Quantity::Attitude, "yaw_e7", ""},
+                          Case{Quantity::Speed, "speed_km_h", "kmh"},
+                          Case{Quantity::Speed, "speed_m_s", "mps"},
+                          Case{Quantity::Speed, "v [m s-1]", "mps"},
+                          Case{Quantity::Speed, "params-1_mph", "mph"},
+                          Case{Quantity::Speed, "v (ft/s)", ""},
+                          Case{Quantity::Time, "time_ms_utc", "ms"}})
     EXPECT_EQ(unit_of_name(one.quantity, one.name), one.unit) << one.name;
 
   const auto first = [&](const std::string& names, const std::string& cells,
@@ -109,6 +132,12 @@ TEST_F(CsvFiles, NumbersAreInTheUnitThatAKeyOrElseTheColumnsNameStates) {
   EXPECT_THAT(by_key.remarks,
               testing::Contains(testing::HasSubstr(
                   "alt(feet) is read as length_unit = \"m\", while its name says ft")));
+  const FixTable other =
+      first("time_s,latitude_deg,longitude_deg,alt_dm", "0,1,2,30",
+            "place_columns = [\"latitude_deg\", \"longitude_deg\", \"alt_dm\"]\n");
+  EXPECT_EQ(other.fixes.at(0).place[2], 30.0);
+  EXPECT_THAT(other.remarks,
+              testing::Contains(testing::HasSubstr("while its name says dm, which no key states")));
   // What says nothing is in metres and degrees, without a word.
   const FixTable plain = first("time_s,latitude_deg,longitude_deg,height_m", "0,1,2,3", "");
   EXPECT_EQ(plain.fixes.at(0).place, Eigen::Vector3d(1, 2, 3));

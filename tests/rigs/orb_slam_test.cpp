@@ -126,6 +126,10 @@ TEST_F(OrbSlam, ABaselineMakesAPairAndADepthCamerasMakesNone) {
   EXPECT_NEAR(
       (cameras[1].rig_from_camera.translation - cameras[0].rig_from_camera.translation).norm(), 0.1,
       1e-12);
+  EXPECT_EQ(read(old_text() + "Camera.bf: 0.0\n").size(), 1U);
+  cameras = read(rectified + optics_text("Camera2", kRight));
+  EXPECT_LT((cameras.at(1).rig_from_camera.translation - Vector3d(0, -0.53716, 0)).norm(), 1e-12);
+  expect_lens(cameras[1], pinhole_lens(kLeft, {}));
   cameras = read(old_text() + "Camera.bf: 40.0\nDepthMapFactor: 5000.0\n");
   EXPECT_EQ(cameras.size(), 1U);
   expect_told(last.ledger, {"Camera.bf", "depth camera"});
@@ -146,7 +150,8 @@ TEST_F(OrbSlam, SaysWhatIsMissingOrUnknown) {
   expect_error(ErrorKind::Input, {"no Camera.width", "add Camera.width and Camera.height"},
                [&] { read(with("Camera.width: 752\n", "")); });
   expect_error(ErrorKind::Input, {"Camera.cy"}, [&] { read(with("Camera.cy", "Camera.sy")); });
-  expect_error(ErrorKind::Input, {"Camera.bf = 0"}, [&] { read(old_text() + "Camera.bf: 0\n"); });
+  expect_error(ErrorKind::Input, {"Camera.bf = -1", "left out"},
+               [&] { read(old_text() + "Camera.bf: -1\n"); });
   std::string alone = stereo_text();
   alone.replace(alone.find("Stereo.T_c1_c2"), 14, "Stereo.T_c2_c1");
   expect_error(ErrorKind::Input, {"Camera2", "no Stereo.T_c1_c2"}, [&] { read(alone); });
@@ -195,12 +200,37 @@ TEST(OpencvStorage, IsReadAsXmlAndAsJson) {
   expect_lens(build_cameras({of_json.rig}).at(0), pinhole_lens(kLeft, kDistortion));
   EXPECT_TRUE(of_json.ledger.warnings().empty());
 
+  // Vectors are elements of several numbers, and maps with cameras are no list of COLMAP's rigs.
+  std::string placed = kXml;
+  placed.insert(placed.find("<shutter"), "<R>0 -1 0 1 0 0 0 0 1</R>\n<T>-0.2 0. 0.</T>\n");
+  EXPECT_LT((build_cameras({read_text("opencv", xml, placed).rig}).at(0).rig_from_camera *
+                 Vector3d(0, 0, 0) -
+             Vector3d(0, 0, -0.2))
+                .norm(),
+            1e-12);
+  const std::string several = R"({"cameras": [)" + json + "]}";
+  core::write_file(file, several);
+  EXPECT_EQ(find_rig_format(file).name, "opencv");
+  EXPECT_EQ(read_text("opencv", file, several).rig.cameras.size(), 1U);
+  // What is another program's is not taken for a damaged calibration.
+  for (const char* other : {R"({"a": "\ud83d\ude00"})", "{\"a\": 1, \"a\": 2}"}) {
+    core::write_file(file, std::string(other));
+    expect_error(ErrorKind::Input, {"neither its name nor its keys"},
+                 [&] { find_rig_format(file); });
+  }
+  const fs::path kml = test_folder("rig_of_kml") / "a.xml";
+  core::write_file(kml, std::string("<kml>\n<name>a: b: c</name></kml>"));
+  expect_error(ErrorKind::Input, {"neither its name nor its keys"}, [&] { find_rig_format(kml); });
+
   const auto read = [&](const std::string& text) { read_text("opencv", xml, text); };
   const std::string text = kXml;
   expect_error(ErrorKind::Input, {"no XML"}, [&] { read(text.substr(0, 400)); });
   std::string twice = text;
   twice.insert(twice.find("<shutter"), "<image_width>64</image_width>");
   expect_error(ErrorKind::Input, {"image_width", "twice"}, [&] { read(twice); });
+  std::string mixed = text;
+  mixed.insert(mixed.find("<dt>"), "<_>1</_>");
+  expect_error(ErrorKind::Input, {"camera_matrix", "both items and names"}, [&] { read(mixed); });
   std::string deep = "<opencv_storage>";
   for (int i = 0; i < 1000; ++i) deep += "<a>";
   for (int i = 0; i < 1000; ++i) deep += "</a>";

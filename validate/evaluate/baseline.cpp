@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <set>
 #include <system_error>
-#include <thread>
 
 #include "core/atomic_file.h"
+#include "core/cpu_quota.h"
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/program.h"
@@ -140,8 +140,7 @@ void run_colmap(const Subject& subject, const ColmapProgram& colmap, const fs::p
   const std::string root = fs::absolute(subject.dataset.root).string();
   const std::string database = (folder / "database.db").string();
   const std::string threads =
-      std::to_string(context.num_threads > 0 ? static_cast<unsigned>(context.num_threads)
-                                             : std::max(1U, std::thread::hardware_concurrency()));
+      std::to_string(context.num_threads > 0 ? context.num_threads : core::cpus_to_use());
   const Intrinsics& k = sound_intrinsics(subject);
   if (k.plane)
     fail(ErrorKind::Input,
