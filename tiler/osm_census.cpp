@@ -39,6 +39,12 @@ class Numbers {
     if (!is_sorted_) std::sort(numbers_.begin(), numbers_.end());
     is_sorted_ = true;
   }
+  /// How many stand there once more; once they are sorted.
+  std::int64_t num_repeated() const {
+    std::int64_t num = 0;
+    for (std::size_t i = 1; i < numbers_.size(); ++i) num += numbers_[i] == numbers_[i - 1] ? 1 : 0;
+    return num;
+  }
   /// How many of some numbers there are by now; nullopt: that would take more time than reading, where nodes and ways
   /// come in turns and in no order.
   std::optional<std::int64_t> num_of(const std::vector<std::int64_t>& numbers) {
@@ -78,10 +84,12 @@ class Counter {
   OsmCensus finish() {
     nodes_.sort();
     ways_.sort();
+    census.num_repeated = nodes_.num_repeated() + ways_.num_repeated();
     for (const Waiting& waiting : waiting_) {
       const std::int64_t num = numbers_for(waiting).num_of(waiting.members).value();
       judge(waiting, num);
-      if (num > waiting.num_before) ++census.num_before_members;
+      const bool is_known = waiting.num_before >= 0;
+      if (num > waiting.num_before && (is_known || census.is_text)) ++census.num_before_members;
     }
     std::sort(census.deleted.begin(), census.deleted.end());
     return std::move(census);
@@ -93,7 +101,7 @@ class Counter {
   /// A way or an area of which not all members have come yet.
   struct Waiting {
     bool is_area;
-    std::int64_t num_before;  ///< members that came before it
+    std::int64_t num_before;  ///< members that came before it; -1: not known
     std::vector<std::int64_t> members;
   };
 
@@ -109,7 +117,7 @@ class Counter {
       census.is_whole = false;
       return;
     }
-    one.num_before = num.value_or(0);
+    one.num_before = num.value_or(-1);
     waiting_.push_back(std::move(one));
   }
   void judge(const Waiting& one, std::int64_t num_there) {
@@ -208,6 +216,7 @@ OsmCensus count_text(VSILFILE* file) {
       break;
     }
   }
+  counter.counter.census.is_text = true;
   return counter.counter.finish();
 }
 
@@ -458,9 +467,7 @@ OsmCensus count_now(const std::string& path) {
   if (VSIFReadL(first, 1, sizeof first, file.get()) != sizeof first) return census;
   VSIFSeekL(file.get(), 0, SEEK_SET);
   const bool is_binary = first[0] == 0 && first[1] == 0;
-  census = is_binary ? count_binary(file.get()) : count_text(file.get());
-  census.is_text = !is_binary;
-  return census;
+  return is_binary ? count_binary(file.get()) : count_text(file.get());
 }
 
 }  // namespace
@@ -479,6 +486,7 @@ std::vector<std::pair<std::string, std::int64_t>> OsmCensus::counts() const {
   add("areas of which the file lacks ways, cut or left out", num_areas_cut);
   add("elements that an editor deleted, left out", static_cast<std::int64_t>(deleted.size()));
   add("elements that were never uploaded (numbers below 0)", num_negative);
+  add("nodes and ways that stand there once more, of which one is read", num_repeated);
   return named;
 }
 

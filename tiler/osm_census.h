@@ -25,6 +25,8 @@ struct OsmCensus {
   /// Ways before their nodes and areas before their ways, whatever else of them is missing: as Overpass writes them by
   /// "out body; >; out skel".
   std::int64_t num_before_members = 0;
+  /// Nodes and ways that stand there once more, as Overpass writes what a query meets twice.
+  std::int64_t num_repeated = 0;
   bool has_nodes_in_order =
       true;              ///< by number, without which GDAL's quick table of nodes takes none
   bool is_text = false;  ///< .osm

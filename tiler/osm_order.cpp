@@ -27,7 +27,8 @@ std::string read_all(const core::Path& file, const std::string& path) {
   if (size > OrderedOsm::kMost_bytes)
     core::fail(
         core::ErrorKind::Input,
-        "{}: has ways before their nodes, and {} bytes are too many to put in order here; {}",
+        "{}: has ways before their nodes, or elements twice, and {} bytes are too many to put in "
+        "order here; {}",
         file.written, size, kWayOut);
   std::string bytes(static_cast<std::size_t>(size), '\0');
   VSILFILE* opened = VSIFOpenL(path.c_str(), "rb");
@@ -87,6 +88,34 @@ Elements elements_in(std::string_view text, const core::Path& file) {
   return elements;
 }
 
+/// Of elements that stand twice the one that says more: Overpass writes skeletons of what it has written.
+void keep_one_of_each(std::vector<Element>& kind) {
+  const auto says_more = [](const Element& a, const Element& b) {
+    const auto has_tags = [](const Element& one) {
+      return one.text.find("<tag") != std::string_view::npos;
+    };
+    return has_tags(a) != has_tags(b) ? has_tags(a) : a.text.size() > b.text.size();
+  };
+  std::vector<Element> kept;
+  for (const Element& element : kind)
+    if (kept.empty() || kept.back().id != element.id || element.id == 0)
+      kept.push_back(element);
+    else if (says_more(element, kept.back()))
+      kept.back() = element;
+  kind = std::move(kept);
+}
+
+/// Up to the end of <osm …>: it states the encoding, and what names stand for.
+std::string head_of(std::string_view text) {
+  const std::size_t begin = text.find("<osm");
+  const std::size_t size = begin == std::string_view::npos
+                               ? std::string_view::npos
+                               : end_of_osm_element(text.substr(begin + 1));
+  if (size == std::string_view::npos || text.substr(begin + 1, size).ends_with('/'))
+    return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\">";
+  return std::string(text.substr(0, begin + 1 + size + 1));
+}
+
 }  // namespace
 
 OrderedOsm::OrderedOsm(const core::Path& file, const std::string& path) : written_(file.written) {
@@ -94,10 +123,11 @@ OrderedOsm::OrderedOsm(const core::Path& file, const std::string& path) : writte
   const std::string text = read_all(file, path);
   Elements elements = elements_in(text, file);
   bytes_.reserve(text.size() + 128);
-  bytes_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\">\n";
+  bytes_ = head_of(text) + "\n";
   for (std::vector<Element>& kind : elements.of_kinds) {
     std::stable_sort(kind.begin(), kind.end(),
                      [](const Element& a, const Element& b) { return a.id < b.id; });
+    keep_one_of_each(kind);
     for (const Element& element : kind) (bytes_ += element.text) += '\n';
   }
   bytes_ += "</osm>\n";

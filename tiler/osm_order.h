@@ -7,8 +7,8 @@
 
 namespace terracast::tiler {
 
-/// An .osm file with its nodes before its ways and these before its relations, each by number, as GDAL wants them: of
-/// others it leaves out what it has no room to wait for. Held in memory for as long as this lives.
+/// An .osm file with its nodes before its ways and these before its relations, each by number and once, as GDAL wants
+/// them: of others it leaves out what it has no room to wait for, or ends. Held in memory for as long as this lives.
 class OrderedOsm {
  public:
   /// file     for messages

@@ -394,7 +394,13 @@ VectorData VectorReader::read() {
            "{}: {} of its ways and areas stand before their nodes or ways, as no program writes a "
            "file of this format; osmium sort FILE -o SORTED.osm.pbf puts it in order",
            file_.written, census_.num_before_members);
-    if (census_.num_before_members > 0)
+    if (census_.num_repeated > 0 && !census_.is_text)
+      fail(
+          ErrorKind::Input,
+          "{}: {} of its nodes and ways stand there once more; give it as text (osmium cat FILE -o "
+          "FILE.osm), of which one of each is read",
+          file_.written, census_.num_repeated);
+    if (census_.num_before_members + census_.num_repeated > 0)
       ordered = std::make_unique<OrderedOsm>(file_, gdal_path(file_));
     if (census_.num_negative > 0 || !census_.has_nodes_in_order) any_numbers.emplace();
     if (ordered || any_numbers) {

@@ -343,6 +343,7 @@ TEST(FeatureForm, ThatDoesNotHoldTogetherIsRefused) {
       [](auto& form) { form.layers[0].fields[0].type = OFTWideString; },
       [](auto& form) { form.layers[0].fields[0].subtype = OFSTBoolean; },
       [](auto& form) { form.layers[0].fields[0].width = -1; },
+      [](auto& form) { form.layers[0].fields[0].precision = 2000000000; },
   };
   int index = 0;
   for (const auto& wrong : wrongs) {

@@ -47,6 +47,9 @@ TEST(RasterForm, ThatDoesNotHoldTogetherIsRefused) {
       [](auto& form) { form.bands[0].mask_plane = 0; },
       [](auto& form) { form.bands[0].mask_plane = 1; },
       [](auto& form) { form.bands[0].num_overviews = -1; },
+      [](auto& form) {
+        form.bands[0].colours = {{{1, 2, 3, 255}}};
+      },
   };
   int index = 0;
   for (const auto& wrong : wrongs) {

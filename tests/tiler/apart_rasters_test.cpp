@@ -14,6 +14,7 @@
 #include "tests/tiler/vector_files.h"
 #include "tiler/apart/given_dataset.h"
 #include "tiler/apart/given_raster.h"
+#include "tiler/apart/kept_forms.h"
 #include "tiler/gdal_formats.h"
 #include "tiler/gdal_support.h"
 #include "tiler/raster_ledger.h"
@@ -343,10 +344,11 @@ TEST_F(ApartRasters, GoApartWithAVrtThatNamesThem) {
   write_text(folder / "rare.vrt", vrt_of("rare.asc", kWidth, kHeight));
   write_text(folder / "outer.vrt", vrt_of("rare.vrt", kWidth, kHeight));
   write_text(folder / "often.vrt", vrt_of("often.tif", kWidth, kHeight));
+  write_text(folder / "absent.vrt", vrt_of("absent.tif", kWidth, kHeight));
   expect_same_both_ways(folder / "rare.vrt");
   expect_same_both_ways(folder / "outer.vrt");
   const GdalErrors errors;
-  for (const char* name : {"often.vrt", "often.tif"})
+  for (const char* name : {"often.vrt", "often.tif", "absent.vrt"})
     EXPECT_EQ(dynamic_cast<tiler::GivenDataset*>(
                   tiler::open_gdal_raster(path_of(folder / name), errors).get()),
               nullptr)
@@ -406,6 +408,19 @@ TEST_F(ApartRasters, AreReadOnceAndAgainWhenTheirFilesChange) {
             CE_None);
   write();
   EXPECT_EQ(first_sample(), 77.0F);
+}
+
+TEST(KeptForms, AreOfAFileAndOfThoseOfItsNameWithOtherEndings) {
+  const ScratchFolder folder;
+  const core::Path file = path_of(folder / "grid.asc");
+  write_text(folder / "grid.asc", "a");
+  const std::string before = tiler::state_of_files(file, {});
+  write_text(folder / "grids.asc", "b");
+  std::filesystem::create_directories(folder / "grid_out");
+  std::filesystem::create_directories(folder / "grid.out");
+  EXPECT_EQ(tiler::state_of_files(file, {}), before);
+  write_text(folder / "grid.prj", "c");
+  EXPECT_NE(tiler::state_of_files(file, {}), before);
 }
 
 /// Samples that a file lacks fail where they are read, as they do here, and others are read.

@@ -146,6 +146,40 @@ TEST(VectorDrivers, WaysBeforeTheirNodesAreReadWhateverTheFilesOrder) {
   }
 }
 
+// Such a query writes what it met by its tags, and once more as a skeleton what it met as a member.
+TEST(VectorDrivers, ElementsThatStandTwiceAreReadOnceAndInFull) {
+  const ScratchFolder folder;
+  const std::string ways = way(31, {1, 2, 3, 4, 1}) + way(32, {11, 12, 13, 14, 11});
+  const std::string low = nodes(1, 0.0), high = nodes(11, 0.01);
+  const std::string skeleton = "<way id='31'><nd ref='1'/><nd ref='2'/></way>\n";
+  const auto one_node = [&](const std::string& of) { return of.substr(0, of.find('\n') + 1); };
+  for (const std::string& elements :
+       {one_node(low) + ways + low + high, low + one_node(low) + high + ways,
+        low + high + ways + high + low, ways + skeleton + high + low,
+        skeleton + ways + low + high}) {
+    SCOPED_TRACE(elements);
+    write_text(folder / "twice.osm", osm(elements));
+    const VectorData data = read(folder / "twice.osm");
+    ASSERT_EQ(data.features.size(), 2U);
+    for (const auto& feature : data.features) EXPECT_EQ(feature.tags.value("height"), "9");
+    EXPECT_GE(counts_of(data).at("nodes and ways that stand there once more, of which one is read"),
+              1);
+  }
+}
+
+// The head of a file says what its bytes mean.
+TEST(VectorDrivers, AFileThatIsPutInOrderKeepsItsEncoding) {
+  const ScratchFolder folder;
+  write_text(folder / "latin.osm",
+             "<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>\n<osm version=\"0.6\">\n"
+             "<way id='31'><nd ref='1'/><nd ref='2'/><nd ref='3'/><nd ref='1'/>"
+             "<tag k='building' v='yes'/><tag k='name' v='Caf\xE9'/></way>\n" +
+                 nodes(1, 0.0) + "</osm>\n");
+  const VectorData data = read(folder / "latin.osm");
+  ASSERT_EQ(data.features.size(), 1U);
+  EXPECT_EQ(data.features[0].tags.value("name"), "Caf\xC3\xA9");
+}
+
 // More than GDAL waits for: of ways that came first it gave a quarter.
 TEST(VectorDrivers, ManyWaysBeforeTheirNodesAreAllRead) {
   const ScratchFolder folder;

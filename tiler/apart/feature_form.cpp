@@ -149,7 +149,11 @@ const char* fault_of(const FieldForm& field) {
   if (field.subtype < OFSTNone || field.subtype > OFSTMaxSubType ||
       OGR_AreTypeSubTypeCompatible(field.type, field.subtype) == 0)
     return "a field's subtype is none of its type";
-  if (field.width < 0) return "a field is narrower than nothing";
+  constexpr std::int32_t kMostDigits = 1000;  // GDAL writes numbers as texts so long
+  if (field.width < 0 || (field.type == OFTReal && field.width > kMostDigits))
+    return "a field is narrower than nothing, or wider than any number";
+  if (field.precision < 0 || field.precision > kMostDigits)
+    return "a field has more digits than any number";
   return nullptr;
 }
 

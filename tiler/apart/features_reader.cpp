@@ -74,7 +74,9 @@ LayerForm read_layer(OGRLayer& layer, FeatureFile& out) {
       ++form.num_given;
     }
   }
-  form.num_stated = layer.GetFeatureCount();
+  // Where the count is none of the format's own, it would be got by reading once more.
+  const bool is_read = form.geometry != wkbNone && layer.TestCapability(OLCFastFeatureCount) == 0;
+  form.num_stated = is_read ? form.num_given : layer.GetFeatureCount();
   // Some find out about fields while they read.
   form.fields = field_forms(*layer.GetLayerDefn());
   form.end_byte = out.size_bytes();

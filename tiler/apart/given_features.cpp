@@ -39,7 +39,7 @@ class GivenLayer final : public OGRLayer {
 
   OGRFeatureDefn* GetLayerDefn() override { return fields_; }
   GIntBig GetFeatureCount(int) override { return form_.num_stated; }
-  int TestCapability(const char*) override { return FALSE; }
+  int TestCapability(const char* name) override { return EQUAL(name, OLCFastFeatureCount); }
   void ResetReading() override {
     at_byte_ = form_.first_byte;
     num_read_ = 0;

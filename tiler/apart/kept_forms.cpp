@@ -13,16 +13,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// "a.dat", "a.hdr", "a.dat.aux.xml" of stem "a"; not "ab.dat", "a_out".
+bool is_beside(const fs::path& path, const std::string& stem) {
+  const std::string name = path.filename().string();
+  return name == stem || name.starts_with(stem + ".");
+}
+
 void add_all_like(const fs::path& file, std::set<fs::path>& files) {
   std::error_code error;
   const bool is_folder = fs::is_directory(file, error);
   const fs::path folder = is_folder                ? file
                           : file.has_parent_path() ? file.parent_path()
                                                    : fs::path(".");
-  const std::string begins = is_folder ? "" : file.stem().string();
+  const std::string stem = file.stem().string();
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error))
-    if (entry->path().filename().string().starts_with(begins)) files.insert(entry->path());
+    if (is_folder || (is_beside(entry->path(), stem) && !entry->is_directory(error)))
+      files.insert(entry->path());
 }
 
 }  // namespace

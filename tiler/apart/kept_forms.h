@@ -19,8 +19,8 @@ inline core::ReadingLimits limits_of_apart(std::uint64_t file_bytes) {
   return {.cpu_s = 3000.0, .file_bytes = file_bytes};
 }
 
-/// Sizes and times of a file, of those beside it whose names begin alike, and of further ones: changed when one of them
-/// is. A folder's are those of what is in it.
+/// Sizes and times of a file, of those beside it of the same name with another ending, and of further ones: changed when
+/// one of them is. A folder's are those of what is in it.
 std::string state_of_files(const core::Path& file, const FileNames& further);
 
 /// What was read apart of files, each once.
@@ -36,7 +36,9 @@ class KeptForms {
     const std::lock_guard lock(entry.mutex);
     if (!entry.kept || entry.state != state_of_files(file, entry.kept->form.files)) {
       entry.kept.reset();
+      const std::string before = state_of_files(file, {});
       std::shared_ptr<const Kept> kept = read();
+      if (state_of_files(file, {}) != before) return kept;  // written meanwhile
       entry.state = state_of_files(file, kept->form.files);
       entry.kept = std::move(kept);
     }

@@ -47,6 +47,7 @@ const char* fault_of(const RasterForm& form, std::uint64_t file_bytes) {
     if (has_plane && (plane < form.bands.size() || plane >= form.planes.size()))
       return "it names masks that it does not have";
     if (has_plane && form.planes[plane].type != GDT_Byte) return "its masks are no bytes";
+    if (!band.palette && !band.colours.empty()) return "it has colours without a table";
     if (band.num_overviews < 0 || form.num_control_points < 0) return "it counts below 0";
   }
   if (form.samples_bytes() > static_cast<double>(kMostSamplesBytes))
