@@ -67,8 +67,10 @@ Part part_in_array(const Queue& queue, const Variable& variable, int count) {
          "the array's tasks {} to {} have holes, whose parts nobody would do; give an array "
          "without holes, or, where these are some of COUNT tasks counted from 0, --parts COUNT",
          first, last);
-  // Some of the tasks of a larger array, started again: one, neighbours, or others.
-  if (count != 0 && (has_holes || count > part.count)) return {.index = index, .count = count};
+  // Some of the tasks of a larger array, started again: one, neighbours, or others. An array that begins as whole ones do
+  // has a wrong number of tasks instead.
+  const bool is_of_larger = count > part.count && (first > 1 || part.count == 1);
+  if (count != 0 && (has_holes || is_of_larger)) return {.index = index, .count = count};
   if (count != 0 && count != part.count)
     fail(ErrorKind::Usage, "--parts {}: this array has {} tasks ({})", count, part.count,
          queue.index);

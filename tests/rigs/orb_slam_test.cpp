@@ -205,7 +205,7 @@ TEST(OpencvStorage, IsReadAsXmlAndAsJson) {
   placed.insert(placed.find("<shutter"), "<R>0 -1 0 1 0 0 0 0 1</R>\n<T>-0.2 0. 0.</T>\n");
   EXPECT_LT((build_cameras({read_text("opencv", xml, placed).rig}).at(0).rig_from_camera *
                  Vector3d(0, 0, 0) -
-             Vector3d(0, 0, -0.2))
+             Vector3d(0, 0, 0.2))
                 .norm(),
             1e-12);
   const std::string several = R"({"cameras": [)" + json + "]}";

@@ -75,8 +75,8 @@ Agreement agreement_of(const std::vector<std::optional<StatedMotion>>& motions, 
   return agreement;
 }
 
-/// Frames in a row of which fourth differences can be told.
-constexpr std::size_t kEnoughFrames = 5;
+/// Frames in a row of which medians say what is typical: of five steps, and of four pairs of them.
+constexpr std::size_t kEnoughFrames = 6;
 
 /// Frames in a row at which something is said.
 std::size_t longest_run(const std::vector<std::optional<StatedMotion>>& motions) {
