@@ -205,7 +205,7 @@ SequenceReader SequenceReader::open(const fs::path& folder) {
          folder.string(), info.num_frames, kManifestFile);
 
   const Manifest manifest =
-      manifest_from_json(core::Json::read(manifest_file), info, manifest_file.string());
+      manifest_from_json(core::Json::read(manifest_file, core::Json::kMostOfDatasets), info, manifest_file.string());
   read_checked(folder, manifest.files[0]);
   reader.tracks_ =
       tracks_from_json(read_json(folder, manifest.files[1]), (folder / kTracksFile).string());

@@ -214,7 +214,7 @@ std::optional<std::vector<int>> find_damaged_frames(const fs::path& folder,
   if (!fs::exists(manifest_file)) return std::nullopt;
   Manifest manifest;
   try {
-    manifest = manifest_from_json(core::Json::read(manifest_file), info, manifest_file.string());
+    manifest = manifest_from_json(core::Json::read(manifest_file, core::Json::kMostOfDatasets), info, manifest_file.string());
   } catch (const core::Error& error) {
     if (error.kind() == ErrorKind::Input) return std::nullopt;
     throw;

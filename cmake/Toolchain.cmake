@@ -26,6 +26,9 @@ endif()
 
 # Results must not depend on whether the compiler contracts a*b+c, nor on the rounding of denormals.
 add_compile_options(-ffp-contract=off)
+# A program of tests may link an instrumented copy of a source before the library's own (tests/sanitized): a caller in the
+# batch of that source must not count on the registers and the stack that the library's copy leaves alone.
+add_compile_options($<$<CXX_COMPILER_ID:GNU>:-fno-ipa-ra> $<$<CXX_COMPILER_ID:GNU>:-fno-ipa-stack-alignment>)
 # Nobody reads errno after a square root; without it loops of them become vector code.
 add_compile_options(-fno-math-errno)
 # At -O3 GCC 12 makes a copy of vector's assignment for vectors that are empty, and warns of a branch in it that is never

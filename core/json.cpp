@@ -21,9 +21,6 @@ namespace {
 /// Deeper nesting than any file of ours; it bounds the recursion over hostile ones.
 constexpr std::size_t kMaxDepth = 200;
 
-/// They take up to 200 bytes of memory each, however short their text is: 4 GB.
-constexpr std::size_t kMostValues = 20'000'000;
-
 /// Where a parsed value stood, as a chain of steps up to the file's name.
 struct Origin {
   std::shared_ptr<const Origin> parent;
@@ -87,7 +84,8 @@ struct Json::Value {
 
 class Json::Value::Builder : public nlohmann::json_sax<nlohmann::json> {
  public:
-  Builder(std::string_view text, const std::string& name) : text_(text), name_(name) {}
+  Builder(std::string_view text, const std::string& name, std::size_t most_values)
+      : text_(text), name_(name), most_values_(most_values) {}
 
   Json take() { return std::move(root_); }
 
@@ -139,11 +137,11 @@ class Json::Value::Builder : public nlohmann::json_sax<nlohmann::json> {
     return add(std::move(value));
   }
   bool add(Json value) {
-    if (++num_values_ > kMostValues)
+    if (++num_values_ > most_values_)
       fail(ErrorKind::Input,
            "{}: holds more than {} values, and up to that many fit into memory; split it, or leave "
            "out what is not needed",
-           name_, kMostValues);
+           name_, most_values_);
     if (open_.empty()) {
       root_ = std::move(value);
       return true;
@@ -158,6 +156,7 @@ class Json::Value::Builder : public nlohmann::json_sax<nlohmann::json> {
 
   std::string_view text_;
   const std::string& name_;
+  const std::size_t most_values_;
   Json root_;
   std::size_t num_values_ = 0;
   std::vector<Open> open_;
@@ -210,16 +209,16 @@ Json Json::array_of(const std::vector<std::string>& values) {
   return json;
 }
 
-Json Json::parse(std::string_view text, const std::string& name) {
-  Value::Builder builder(text, name);
+Json Json::parse(std::string_view text, const std::string& name, std::size_t most_values) {
+  Value::Builder builder(text, name, most_values);
   nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   Json json = builder.take();
   Value::set_origins(json, std::make_shared<const Origin>(Origin{nullptr, name}));
   return json;
 }
 
-Json Json::read(const std::filesystem::path& file) {
-  return parse(read_text_file(file), file.string());
+Json Json::read(const std::filesystem::path& file, std::size_t most_values) {
+  return parse(read_text_file(file), file.string(), most_values);
 }
 
 void Json::Value::write(std::string& out, int indent, int level) const {

@@ -38,9 +38,15 @@ class Json {
   static Json array_of(const std::vector<double>& values);
   static Json array_of(const std::vector<std::string>& values);
 
-  /// throws Input: not JSON (with line and column), or more than 20 million values; `name` is the file's, for messages
-  static Json parse(std::string_view text, const std::string& name);
-  static Json read(const std::filesystem::path& file);
+  /// Values of a file that is read; they take up to 200 bytes of memory each, however short their text is: 4 GB.
+  static constexpr std::size_t kMostValues = 20'000'000;
+  /// The same of lists of a whole dataset's files or annotations, which grow with what is exported.
+  static constexpr std::size_t kMostOfDatasets = 400'000'000;
+
+  /// throws Input: not JSON (with line and column), or more values; `name` is the file's, for messages
+  static Json parse(std::string_view text, const std::string& name,
+                    std::size_t most_values = kMostValues);
+  static Json read(const std::filesystem::path& file, std::size_t most_values = kMostValues);
 
   /// indent   blanks a level; -1: one line
   std::string text(int indent = 2) const;

@@ -83,7 +83,7 @@ Json json_from_files(const std::map<std::string, DatasetFile>& files) {
 
 std::optional<DatasetRecord> read_finished_record(const fs::path& dataset_file) {
   return read_if_sound(dataset_file, [&] {
-    const Json json = Json::read(dataset_file);
+    const Json json = Json::read(dataset_file, Json::kMostOfDatasets);
     DatasetRecord record{.format = json.at("format").string(),
                          .source_hash = json.at("source_hash").string(),
                          .files = {}};

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <list>
 #include <mutex>
 #include <string>
@@ -112,9 +113,12 @@ CPLHTTPResult* refuse_fetch(const char* address, CSLConstList, GDALProgressFunc,
   return result;
 }
 
+std::atomic<bool> has_all = false;
+
 void register_once(const char* const* rasters, const char* const* vectors) {
   static std::once_flag once;
   std::call_once(once, [&] {
+    has_all = rasters == kRasterFormats;
     state_gdal_options();
     take_drivers(rasters, vectors);
     close_folders();
@@ -126,5 +130,6 @@ void register_once(const char* const* rasters, const char* const* vectors) {
 
 void register_gdal() { register_once(kTroddenRasters, kTroddenVectors); }
 void register_all_gdal() { register_once(kRasterFormats, kVectorFormats); }
+bool has_all_gdal() { return has_all; }
 
 }  // namespace terracast::tiler

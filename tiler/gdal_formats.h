@@ -18,7 +18,11 @@ extern const char* const kTroddenVectors[];
 /// threads   safe
 void register_gdal();
 
-/// As register_gdal(), with all drivers of the lists, for a process that reads apart. Before register_gdal().
+/// As register_gdal(), with all drivers of the lists: for a process that reads apart, and for one that tries the readers
+/// themselves. Before register_gdal().
 void register_all_gdal();
+
+/// Whether register_all_gdal() was first: this process reads all formats itself.
+bool has_all_gdal();
 
 }  // namespace terracast::tiler

@@ -273,7 +273,8 @@ std::filesystem::path plain_file(const std::string& gdal_path) {
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors) {
   register_gdal();
   const std::string path = path_to_open(file, "raster");
-  if (!is_folder_of_tiles(path) && !is_trodden_raster(path)) return given_raster(file);
+  if (!is_folder_of_tiles(path) && !is_trodden_raster(path))
+    return has_all_gdal() ? open_raster_here(file, errors) : given_raster(file);
   GdalDatasetPtr dataset = open_raster(
       is_folder_of_tiles(path) ? vrt_of_terrain_tiles(path, file.written) : path, kTroddenRasters);
   if (!dataset) refuse_raster(file, errors);
@@ -291,7 +292,8 @@ GdalDatasetPtr open_raster_here(const core::Path& file, const GdalErrors& errors
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors) {
   register_gdal();
   const std::string path = path_to_open(file, "file");
-  if (!is_trodden_vectors(path)) return given_features(file);
+  if (!is_trodden_vectors(path))
+    return has_all_gdal() ? open_vectors_here(file, errors) : given_features(file);
   GdalDatasetPtr dataset = open_vectors(path, kTroddenVectors);
   if (!dataset) refuse_vectors(file, errors);
   return dataset;

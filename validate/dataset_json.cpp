@@ -442,7 +442,7 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
          root.string());
   Dataset dataset;
   dataset.root = root;
-  const Json json = Json::read(file);
+  const Json json = Json::read(file, Json::kMostOfDatasets);
   dataset.format = json.at("format").string();
   const bool is_of_plugin = is_format_of_plugin(dataset.format);
   if (!is_of_plugin) find_reader(format.empty() ? dataset.format : format);

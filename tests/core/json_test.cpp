@@ -213,5 +213,10 @@ TEST(Json, OfMoreValuesThanFitIntoMemoryIsRefusedWithTheLimit) {
   }
 }
 
+TEST(Json, TheLimitOfValuesIsTheCallersWhereOneIsGiven) {
+  EXPECT_EQ(Json::parse("[1,{\"a\":2}]", "x", 4).size(), 2u);  // the list and the object count
+  EXPECT_THROW(Json::parse("[1,{\"a\":2}]", "x", 3), Error);
+}
+
 }  // namespace
 }  // namespace terracast::core

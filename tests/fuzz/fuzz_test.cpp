@@ -1,7 +1,6 @@
 // Gives every reader of the table its seeds, the cases that were found, and a thousand inputs made of both, under the
 // sanitizers. A case that is found is written to a file, which is named.
 
-#include <cpl_error.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sanitizer/common_interface_defs.h>
@@ -154,7 +153,7 @@ int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   __sanitizer_set_death_callback(write_case);
   std::signal(SIGPROF, tell_of_time);
-  CPLPushErrorHandler(CPLQuietErrorHandler);
+  prepare();
   for (const Target& target : targets()) {
     add_test<Seeds>(target, "SeedsAreRead");
     add_test<FoundCases>(target, "FoundCasesEndInOrder");

@@ -1,5 +1,6 @@
 #include "tests/fuzz/targets.h"
 
+#include <cpl_error.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/error.h"
+#include "tiler/gdal_formats.h"
 
 // Every reader, in alphabetical order: X(name) is `void fuzz_name(Bytes)` of one of the files *_readers.cpp, with valid
 // inputs in seeds/name. A reader behind a checksum or a compression has a second line, whose inputs lie behind it.
@@ -103,6 +105,11 @@ const Target* find_target(std::string_view name) {
   for (const Target& target : targets())
     if (target.name == name) return &target;
   return nullptr;
+}
+
+void prepare() {
+  tiler::register_all_gdal();
+  CPLPushErrorHandler(CPLQuietErrorHandler);
 }
 
 std::string run(const Target& target, Bytes input) {

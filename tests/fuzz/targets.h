@@ -24,6 +24,10 @@ std::span<const Target> targets();
 /// nullptr: there is none of that name.
 const Target* find_target(std::string_view name);
 
+/// Makes this process one that reads everything itself, also what terracast reads in a process of its own, and GDAL quiet
+/// about it. Once, before the first input.
+void prepare();
+
 /// Reads an input. An error of the kinds that a wrong file may have (Input, Io, and Config of what users write) is an
 /// ordinary end, and so is a lack of memory that was told by std::bad_alloc.
 /// returns  why the reader refused it; empty: it took it for right

@@ -158,7 +158,7 @@ class Annotations {
  public:
   Annotations(const Dataset& dataset, Findings& findings) : dataset_(dataset) {
     findings.attempt(kInstances, [&] {
-      instances_ = Json::read(dataset.root / kInstances);
+      instances_ = Json::read(dataset.root / kInstances, Json::kMostOfDatasets);
       read_images();
       read_categories(instances_, instance_categories_);
       std::set<std::int64_t> ids;
@@ -174,7 +174,7 @@ class Annotations {
       }
     });
     findings.attempt(kPanoptic, [&] {
-      panoptic_ = Json::read(dataset.root / kPanoptic);
+      panoptic_ = Json::read(dataset.root / kPanoptic, Json::kMostOfDatasets);
       for (const char* member : {"images", "info", "licenses"})
         if (panoptic_.has(member) && panoptic_.at(member).text() != instances_.at(member).text())
           fail(ErrorKind::Input, "{}: other {} than in {}", kPanoptic, member, kInstances);
