@@ -127,7 +127,7 @@ std::string sources_page() {
       "counted too, and taken as "
       "if the name were not\nthere. `terracast world info WORLD --ledger` and `terracast rig "
       "import FILE --ledger` show "
-      "the ledger; what is unknown is told at\nthe end of tiling, and when a rig or a recording is "
+      "the ledger; what is unknown is\nreported at the end of tiling, and when a rig or a recording is "
       "read. A star "
       "stands for any letters.\n";
   for (const Chapter& chapter : chapters()) {

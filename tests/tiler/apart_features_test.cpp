@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "tests/support/record.h"
+#include "tests/tiler/crs_text.h"
 #include "tests/tiler/raster_files.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/apart/apart_readers.h"
@@ -30,17 +31,6 @@ std::string bytes_of(const OGRGeometry* geometry) {
   std::string bytes(geometry->WkbSize(), '\0');
   geometry->exportToWkb(wkbNDR, reinterpret_cast<unsigned char*>(bytes.data()), wkbVariantIso);
   return bytes;
-}
-
-std::string crs_text(const OGRSpatialReference* crs) {
-  if (crs == nullptr) return "none";
-  char* text = nullptr;
-  const char* const newest[] = {"FORMAT=WKT2_2019", nullptr};
-  crs->exportToWkt(&text, newest);
-  std::string all = text == nullptr ? "empty" : text;
-  CPLFree(text);
-  for (const int axis : crs->GetDataAxisToSRSAxisMapping()) all += fmt::format(" {}", axis);
-  return all;
 }
 
 void expect_same(OGRFeature& given, OGRFeature& direct) {

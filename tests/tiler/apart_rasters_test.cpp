@@ -10,6 +10,7 @@
 #include "core/atomic_file.h"
 #include "core/stop.h"
 #include "tests/support/record.h"
+#include "tests/tiler/crs_text.h"
 #include "tests/tiler/raster_files.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/apart/given_dataset.h"
@@ -127,17 +128,6 @@ std::map<std::string, std::vector<std::string>> metadata_of(GDALMajorObject& obj
     if (const auto items = sorted_texts(object.GetMetadata(domains[i])); !items.empty())
       all[domains[i]] = items;
   return all;
-}
-
-std::string crs_text(const OGRSpatialReference* crs) {
-  if (crs == nullptr) return "none";
-  char* text = nullptr;
-  const char* const newest[] = {"FORMAT=WKT2_2019", nullptr};
-  crs->exportToWkt(&text, newest);
-  std::string all = text == nullptr ? "empty" : text;
-  CPLFree(text);
-  for (const int axis : crs->GetDataAxisToSRSAxisMapping()) all += fmt::format(" {}", axis);
-  return all + fmt::format(" {}", crs->GetCoordinateEpoch());
 }
 
 /// Empty where GDAL cannot read them all: it does not read all that it writes.
