@@ -312,13 +312,17 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
       const auto index = static_cast<std::size_t>(cause);
       const std::string axis =
           std::string(kAxes[cause]).empty() ? "" : std::string(", ") + kAxes[cause];
-      const auto add = [&](const Target& target, double factor, std::string where) {
-        if (!(target.sums[index].slope_slope > 0.0)) return estimates.add_unseen();
-        estimates.add(estimate(target, cause, factor, bounds, allowance, std::move(where)));
+      const auto add = [&](const Target& target, double factor, std::string where,
+                           const std::string& part) {
+        if (!(target.sums[index].slope_slope > 0.0)) return estimates.add_unseen(part);
+        Estimate found = estimate(target, cause, factor, bounds, allowance, std::move(where));
+        found.part = part;
+        estimates.add(std::move(found));
       };
       if (judged.is_of_cameras)
         for (const auto& [camera, target] : cameras_)
-          add(target, judged.factor, camera_name(camera) + ", all frames" + axis);
+          add(target, judged.factor, camera_name(camera) + ", all frames" + axis,
+              camera < 0 ? "" : camera_name(camera));
       if (!judged.is_of_images) continue;
       for (const auto& [image, target] : images_) {
         const auto pixels = pixels_per_metre_.find(image.first);
@@ -327,7 +331,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
                                   : judged.factor;
         if (factor <= 0.0) continue;
         add(target, factor,
-            fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis));
+            fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis), "");
         const Sum& sum = target.sums[index];
         if (!(sum.slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];

@@ -91,8 +91,23 @@ std::size_t Estimates::num_seen() const {
                     [&](const Estimate& e) { return smallest(e) <= worth_finding_; }));
 }
 
+void Estimates::add_unseen(const std::string& part) {
+  ++num_unseen_;
+  parts_unknown_.insert(part);
+}
+
+std::vector<std::string> Estimates::unseen_parts() const {
+  std::set<std::string> unseen = parts_unknown_;
+  for (const Estimate& e : estimates_) unseen.insert(e.part);
+  for (const Estimate& e : estimates_)
+    if (smallest(e) <= worth_finding_) unseen.erase(e.part);
+  unseen.erase("");
+  return {unseen.begin(), unseen.end()};
+}
+
 void Estimates::judge(CheckResult& result) const {
-  double most_used = -1.0, least = kInfinite, most = 0.0;
+  double least = kInfinite, most = 0.0, most_used = 0.0;
+  std::pair<int, double> most_telling = {-1, 0.0};
   result.probability = 1.0;
   for (const Estimate& e : estimates_) {
     const double beyond = std::max(std::abs(e.value) - e.allowance, 0.0);
@@ -102,10 +117,13 @@ void Estimates::judge(CheckResult& result) const {
         std::min(*result.probability, static_cast<double>(estimates_.size()) * tail);
     const double size = smallest(e);
     least = std::min(least, size);
-    if (size <= worth_finding_) most = std::max(most, size);
+    const bool is_seen = size <= worth_finding_;
+    if (is_seen) most = std::max(most, size);
     const double used = share_of_bound(std::abs(e.value), bound, false);
-    if (used <= most_used) continue;
-    most_used = used;
+    most_used = std::max(most_used, used);
+    const std::pair<int, double> telling = {used > 1.0 ? 2 : is_seen ? 1 : 0, used};
+    if (telling <= most_telling) continue;
+    most_telling = telling;
     result.value = std::abs(e.value);
     result.bound = bound;
     result.worst = fmt::format("{}: {:.3g} ± {:.1g}", e.where, e.value, e.standard_error);
@@ -114,6 +132,7 @@ void Estimates::judge(CheckResult& result) const {
   result.smallest = most > 0.0 ? most : least;
   result.is_unseen = result.ok && num_seen() == 0;
   result.skipped = result.is_unseen;
+  if (!result.is_unseen) result.unseen_parts = unseen_parts();
 }
 
 namespace {

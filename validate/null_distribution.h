@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct Estimate {
   double degrees = 0.0;    ///< of freedom, of the standard error
   double allowance = 0.0;  ///< the most that it is off by in a right dataset besides
   std::string where;
+  std::string part =
+      {};  ///< of the dataset, such as a camera, of which it is one of all there are; empty: none
 };
 
 /// Estimates of one kind, judged together: the more there are, the farther the farthest is.
@@ -43,13 +46,15 @@ class Estimates {
   explicit Estimates(double worth_finding) : worth_finding_(worth_finding) {}
 
   void add(Estimate estimate) { estimates_.push_back(std::move(estimate)); }
-  /// One of which nothing is known.
-  void add_unseen() { ++num_unseen_; }
+  /// One of which nothing is known, of a part.
+  void add_unseen(const std::string& part = {});
 
-  /// Sets value, bound, ok, probability, smallest and worst by the estimate that is farthest beyond its bound, or next
-  /// to it; unseen where none could tell what is worth finding, and none is beyond its bound.
+  /// Sets value, bound, ok, probability, smallest and worst by the estimate that is farthest beyond its bound, or else,
+  /// of those that could tell what is worth finding, next to it; unseen where none could, and none is beyond its bound.
+  /// Parts of which none could are its `unseen_parts`.
   void judge(CheckResult& result) const;
   std::size_t num_seen() const;
+  std::vector<std::string> unseen_parts() const;
   std::size_t num_all() const { return estimates_.size() + num_unseen_; }
 
  private:
@@ -60,6 +65,7 @@ class Estimates {
   double worth_finding_;
   std::size_t num_unseen_ = 0;
   std::vector<Estimate> estimates_;
+  std::set<std::string> parts_unknown_;  ///< of which something is not known
 };
 
 /// Of points that were drawn at random, or all there are, those that contradict.

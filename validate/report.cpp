@@ -85,6 +85,8 @@ Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset
     if (const std::optional<double> smallest = smallest_of(result);
         smallest && std::isfinite(*smallest))
       check.set("smallest", *smallest);
+    if (!result.unseen_parts.empty())
+      check.set("unseen_parts", Json::array_of(result.unseen_parts));
     if (dataset != nullptr)
       if (const std::optional<Place> place = place_in(result.worst, *dataset))
         check.set("place", place_json(*place, *dataset));

@@ -177,6 +177,9 @@ std::string section(const Json& check) {
   else if (!is_skipped && check.at("bound").number() == 0.0)
     item("smallest error that would have shown", "a single one");
   item(is_skipped ? "why not" : "worst", check.at("worst").string());
+  if (check.has("unseen_parts"))
+    item("would not have shown it",
+         fmt::format("{}", fmt::join(check.at("unseen_parts").strings(), ", ")));
   return html + "</dl>\n<div class=\"figures\"></div>\n</div></details>\n";
 }
 

@@ -166,6 +166,42 @@ TEST(JudgedEstimates, ThatCouldNotTellAreUnseen) {
   EXPECT_FALSE(result.is_unseen);
 }
 
+TEST(JudgedEstimates, PartsThatCouldNotTellAreNamedAndDoNotStandForThoseThatCould) {
+  const auto of_camera = [](const char* camera, double value, double standard_error) {
+    return Estimate{.value = value,
+                    .standard_error = standard_error,
+                    .degrees = 50.0,
+                    .where = std::string(camera) + ", x",
+                    .part = camera};
+  };
+  Estimates estimates(1.0);
+  estimates.add(of_camera("left", 0.01, 0.01));
+  estimates.add(of_camera("left", 0.3, 100.0));
+  estimates.add(of_camera("right", 30.0, 100.0));
+  estimates.add(of_camera("right", 80.0, 100.0));
+  estimates.add_unseen("rear");
+  estimates.add({.value = 0.0, .standard_error = 100.0, .degrees = 50.0, .where = "an image"});
+  CheckResult result;
+  estimates.judge(result);
+  EXPECT_TRUE(result.ok);
+  EXPECT_FALSE(result.is_unseen);
+  EXPECT_EQ(result.unseen_parts, (std::vector<std::string>{"rear", "right"}));
+  EXPECT_EQ(result.value, 0.01);
+  EXPECT_LT(result.bound, 1.0);
+  // Beyond its own bound it stands for all.
+  estimates.add(of_camera("right", 1e5, 100.0));
+  estimates.judge(result);
+  EXPECT_FALSE(result.ok);
+  EXPECT_EQ(result.value, 1e5);
+  // Where no part could tell, the whole is unseen.
+  Estimates none(1.0);
+  none.add(of_camera("right", 30.0, 100.0));
+  CheckResult unseen;
+  none.judge(unseen);
+  EXPECT_TRUE(unseen.is_unseen);
+  EXPECT_TRUE(unseen.unseen_parts.empty());
+}
+
 /// Draws which points are wrong, each with the same probability.
 ShareOfPoints drawn_share(std::int64_t num_points, double share, std::uint64_t seed) {
   ShareOfPoints part{0, num_points, "drawn"};

@@ -85,6 +85,19 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+/// Whether one of the checks that are for a mistake says that the dataset, or a camera of it, could not show it.
+bool is_unseen(const Corruption& corruption, const core::Json& report) {
+  const std::vector<std::string> unseen = report.at("unseen").strings();
+  const core::Json& checks = report.at("checks");
+  for (std::size_t i = 0; i < checks.size(); ++i) {
+    const std::string& name = checks.at(i).at("name").string();
+    if (is_one_of(name, corruption.checks) &&
+        (is_one_of(name, unseen) || checks.at(i).has("unseen_parts")))
+      return true;
+  }
+  return false;
+}
+
 /// right, wrong  reports on the dataset before and after
 void judge(Spoiling& spoiling, const Corruption& corruption, const core::Json& right,
            const core::Json& wrong) {
@@ -104,23 +117,19 @@ void judge(Spoiling& spoiling, const Corruption& corruption, const core::Json& r
         spoiling.is_named || causes.size() == 0 ? Outcome::Found : Outcome::Otherwise;
     return;
   }
-  const std::vector<std::string> unseen = wrong.at("unseen").strings();
-  const bool is_unseen =
-      std::any_of(corruption.checks.begin(), corruption.checks.end(),
-                  [&](const std::string& check) { return is_one_of(check, unseen); });
   if (corruption.unit.empty()) {
-    spoiling.outcome = is_unseen ? Outcome::Unseen : Outcome::Missed;
+    spoiling.outcome = is_unseen(corruption, wrong) ? Outcome::Unseen : Outcome::Missed;
     return;
   }
   const std::optional<double> visible = visible_size(corruption, right.at("checks"));
-  spoiling.outcome = !visible                    ? Outcome::Unseen
-                     : spoiling.size <= *visible ? Outcome::Below
-                     : is_unseen                 ? Outcome::Unseen
-                                                 : Outcome::Missed;
+  spoiling.outcome = !visible                       ? Outcome::Unseen
+                     : spoiling.size <= *visible    ? Outcome::Below
+                     : is_unseen(corruption, wrong) ? Outcome::Unseen
+                                                    : Outcome::Missed;
   if (visible) spoiling.words += fmt::format("visible from {:.3g} {}", *visible, corruption.unit);
 }
 
-/// Copies what was missed, for a closer look.
+/// Copies what was missed or called something else, for a closer look.
 void keep(const fs::path& dataset, const std::string& name) {
   const char* folder = std::getenv("TERRACAST_JOBS_KEEP");
   if (folder == nullptr) return;
@@ -149,7 +158,7 @@ std::optional<Spoiling> spoil(const TriedJob& job, const fs::path& folder,
   list_files_again(spoilt);
   judge(spoiling, corruption, core::Json::read(folder / "run/report" / format / "report.json"),
         report_of(spoilt, report));
-  if (spoiling.outcome == Outcome::Missed)
+  if (spoiling.outcome == Outcome::Missed || spoiling.outcome == Outcome::Otherwise)
     keep(spoilt, fmt::format("{}-{}-{}", job.seed, format, corruption.name));
   return spoiling;
 }

@@ -165,7 +165,7 @@ class PhotometricChecker : public Checker {
                                             "or too few patches are seen twice";
     correlation.detects = "images of another camera, frame or orientation than the geometry";
     std::vector<CheckResult> results{shift, correlation, cameras_result(sequence, cameras_told)};
-    for (CheckResult& result : images_.results()) results.push_back(std::move(result));
+    for (CheckResult& result : images_.results(sequence)) results.push_back(std::move(result));
     results.push_back(channels_result(sequence));
     const Evidence::Bounds bounds{.principal_px = 0.2,
                                   .time_frames = 1,

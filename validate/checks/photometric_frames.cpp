@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "validate/checks/checker.h"
+#include "validate/judged_images.h"
 #include "validate/null_distribution.h"
 
 namespace terracast::validate {
@@ -143,7 +144,18 @@ std::int64_t SingleImages::num_unlike_of_all(const Image& image) const {
   return num;
 }
 
-CheckResult SingleImages::unlike_result() const {
+/// Whether one in its place, of which half of the patches are unlike, would be called another.
+bool SingleImages::tells_another(const Image& image) const {
+  if (image.likeness.own <= kClearOfItself) return false;
+  const std::vector<double>& shares = shares_.at({image.key[1], image.key[2]});
+  const double typical = shares[(shares.size() - 1) / 4];
+  const double probability = kFalseVerdict / static_cast<double>(images_.size());
+  const std::int64_t bound = binomial_quantile(probability, image.num_facts,
+                                               std::min(kMoreAtLeast + kTimes * typical, 1.0));
+  return 2 * bound < image.num_facts;
+}
+
+CheckResult SingleImages::unlike_result(const Sequence& sequence) const {
   CheckResult result;
   result.name = "photometric_frames";
   result.unit = "share";
@@ -182,6 +194,11 @@ CheckResult SingleImages::unlike_result() const {
       "images, and {}, leave with a probability of 1e-9.",
       kTimes, kMoreAtLeast);
   result.detects = "one image of another frame or sequence";
+  if (is_trial_ || !result.ok) return result;
+  JudgedImages judged;
+  for (const Image& image : images_)
+    if (tells_another(image)) judged.add(image.key[1], image.key[0]);
+  result.unseen_parts = judged.unseen_parts(sequence, &FrameFiles::color);
   return result;
 }
 
@@ -217,9 +234,9 @@ CheckResult SingleImages::shift_result() const {
   return result;
 }
 
-std::vector<CheckResult> SingleImages::results() {
+std::vector<CheckResult> SingleImages::results(const Sequence& sequence) {
   sort_images();
-  return {unlike_result(), shift_result()};
+  return {unlike_result(sequence), shift_result()};
 }
 
 }  // namespace terracast::validate

@@ -20,7 +20,7 @@ class SingleImages {
   /// No more pairs come with images of frames before this one.
   void finish_before(int frame);
   /// photometric_frames and photometric_frame_shift.
-  std::vector<CheckResult> results();
+  std::vector<CheckResult> results(const Sequence& sequence);
 
  private:
   /// Frame, camera, and whether of pairs of one time, which may be foreign together.
@@ -53,7 +53,8 @@ class SingleImages {
   double typical_share(const Image& image) const;
   std::optional<double> bound_of(const Image& image) const;
   std::int64_t num_unlike_of_all(const Image& image) const;
-  CheckResult unlike_result() const;
+  bool tells_another(const Image& image) const;
+  CheckResult unlike_result(const Sequence& sequence) const;
   CheckResult shift_result() const;
 
   bool is_trial_;

@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 #include "validate/evidence.h"
+#include "validate/judged_images.h"
 #include "validate/null_distribution.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
@@ -194,6 +195,7 @@ class ReprojectionChecker : public Checker {
     agreement.plots.push_back(
         {"median residual of each pair", "pair", "of the depth", pair_index_, pair_median_});
     agreement.pictures = pictures_;
+    agreement.unseen_parts = judged_.unseen_parts(sequence, &FrameFiles::depth);
     results.push_back(std::move(agreement));
 
     CheckResult through;
@@ -284,6 +286,7 @@ class ReprojectionChecker : public Checker {
       worst_through_pair_ = name;
     }
     if (summary.sizes.size() < kEnough / 2) return;
+    for (const View* view : {&pair.a, &pair.b}) judged_.add(view->camera_index, view->frame);
     const double middle = median(summary.sizes);
     pair_index_.push_back(static_cast<double>(pair_index_.size()));
     pair_median_.push_back(middle);
@@ -318,6 +321,7 @@ class ReprojectionChecker : public Checker {
 
   ValidateOptions options_;
   Evidence evidence_;
+  JudgedImages judged_;
   std::int64_t num_compared_ = 0;
   std::int64_t num_surface_ = 0;
   std::int64_t num_seen_through_ = 0;
