@@ -176,9 +176,10 @@ const Kind kKinds[] = {
     {"flow_frame", "is of the wrong frame: that of the pair of frames before", kSame, -1, 0},
 };
 
-/// Whether all fields of a part are of a kind, and some of them not as they should be.
-bool is_of_kind(const Trial& trial, const Part& part, const Kind& kind) {
-  std::size_t num_same = 0;
+/// By how many pixels the fields of a part are off a kind at most.
+/// returns   nothing where one of them is of another kind, or all are as they should be
+std::optional<double> distance_from_kind(const Trial& trial, const Part& part, const Kind& kind) {
+  std::optional<double> most_px;
   bool is_any_wrong = false;
   for (const Side& side : sides_of(trial, part)) {
     // Backward flow starts at the later frame. Pairs whose frames are not at hand are skipped.
@@ -187,12 +188,12 @@ bool is_of_kind(const Trial& trial, const Part& part, const Kind& kind) {
         difference(trial, side.camera, side.of(trial), side.from() + way * kind.from,
                    side.from() + way * kind.to, kind.undo);
     if (off_px >= 1e9) continue;
-    if (off_px >= kSame_px) return false;
-    ++num_same;
+    if (off_px >= kSame_px) return std::nullopt;
+    most_px = std::max(most_px.value_or(0.0), off_px);
     is_any_wrong = is_any_wrong || difference(trial, side.camera, side.of(trial), side.from(),
                                               side.to(), kSame) >= kSame_px;
   }
-  return num_same > 0 && is_any_wrong;
+  return is_any_wrong ? most_px : std::nullopt;
 }
 
 /// Flow of another pair of frames was known again as that pair's: what the right pair's is follows from the rest.
@@ -235,16 +236,23 @@ void add_kind(const Part& part, const Kind& kind, std::vector<Hypothesis>& hypot
 
 void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   const std::vector<Part> parts = parts_of(symptoms.trial);
+  double least_px = kSame_px;  // of kinds of the right pair
   for (const Kind& kind : kKinds) {
-    // Flow of another pair is recognised by the forward fields; backward ones may belong to no pair at all.
+    // Flow of another pair is recognised by the forward fields; backward ones may belong to no pair at all. In steady
+    // flight that to the frame before is nearly the opposite of that to the next one: the nearer of both it is.
     if (kind.from != 0 || kind.to != 1) {
-      if (is_of_kind(symptoms.trial, parts[1], kind)) add_kind(parts[0], kind, hypotheses);
+      const std::optional<double> off_px =
+          distance_from_kind(symptoms.trial, parts[1], kind);
+      if (off_px && *off_px < least_px) add_kind(parts[0], kind, hypotheses);
       continue;
     }
-    const auto part = std::find_if(parts.begin(), parts.end(), [&](const Part& one) {
-      return is_of_kind(symptoms.trial, one, kind);
-    });
-    if (part != parts.end()) add_kind(*part, kind, hypotheses);
+    for (const Part& part : parts) {
+      const std::optional<double> off_px = distance_from_kind(symptoms.trial, part, kind);
+      if (!off_px) continue;
+      least_px = std::min(least_px, *off_px);
+      add_kind(part, kind, hypotheses);
+      break;
+    }
   }
 }
 
