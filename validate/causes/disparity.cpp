@@ -100,7 +100,9 @@ void add_other_disparity(const Symptoms& symptoms, std::vector<Hypothesis>& hypo
         const double share = at - before;
         const double there = (1.0 - share) * static_cast<double>(image.disparity(before, y)) +
                              share * static_cast<double>(image.disparity(before + 1, y));
-        if (!std::isfinite(there)) continue;
+        const auto here = static_cast<double>(image.disparity(x, y));
+        // Over level ground far below the right image has the same disparities as the left one.
+        if (!std::isfinite(there) || std::abs(there - here) < kTolerance_px) continue;
         ++num_compared;
         if (std::abs(there - right_px) < kTolerance_px) ++num_same;
       }
