@@ -258,6 +258,11 @@ void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
 
 /// A factor on all flow, by the median of its sizes.
 void add_scale(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  struct Vectors {
+    Vector2d stored, right;
+    double rounding_px;
+  };
+  std::vector<Vectors> all;
   std::vector<double> factors;
   const Trial& trial = symptoms.trial;
   for (const Field& field : fields_of(trial)) {
@@ -270,12 +275,20 @@ void add_scale(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
         const Vector2d right = *target - Vector2d(x + 0.5, y + 0.5);
         const Vector2d stored(static_cast<double>(flow(x, y, 0)),
                               static_cast<double>(flow(x, y, 1)));
-        if (right.norm() > 0.1) factors.push_back(stored.dot(right) / right.squaredNorm());
+        if (!(right.norm() > 0.1) || !stored.allFinite()) continue;
+        all.push_back({stored, right, trial.camera(field.camera).flow_rounding_px()});
+        factors.push_back(stored.dot(right) / right.squaredNorm());
       }
   }
   if (factors.size() < 50) return;
   const double factor = median(factors);
   if (!(std::abs(factor) > 1e-6) || std::abs(factor - 1.0) < 1e-4) return;
+  // One factor makes nine of ten vectors right; what is wrong in another way it makes a little less wrong.
+  const auto num_righted = std::count_if(all.begin(), all.end(), [&](const Vectors& each) {
+    return (each.stored / factor - each.right).norm() <=
+           0.2 * (each.stored - each.right).norm() + each.rounding_px / std::abs(factor);
+  });
+  if (10 * num_righted < 9 * static_cast<std::ptrdiff_t>(all.size())) return;
   Hypothesis h;
   h.checks = {"flow"};
   h.rank = 3;
