@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   __sanitizer_set_death_callback(write_case);
   std::signal(SIGPROF, tell_of_time);
-  prepare();
+  if (!GTEST_FLAG_GET(list_tests)) prepare();
   for (const Target& target : targets()) {
     add_test<Seeds>(target, "SeedsAreRead");
     add_test<FoundCases>(target, "FoundCasesEndInOrder");
