@@ -22,6 +22,7 @@ struct SensorSite {
   const scene::Scene& scene;
   const geo::BodyMotion& body;
   geo::Rigid3d body_from_sensor;  ///< sensor: x forward, y left, z up
+  double rate_hz;                 ///< of its samples, of which tick k is at k / rate_hz
   std::uint64_t stream_seed;      ///< of its random numbers: no other sensor's of any sequence
   world::RayTrail* trail;         ///< takes the tiles that its rays visit; null: not recorded
 

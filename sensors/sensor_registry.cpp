@@ -10,7 +10,9 @@
 
 // Every sensor beside cameras, in alphabetical order: X(name) is sensors/name.cpp, which defines `SensorInfo
 // name_sensor()`.
-#define TERRACAST_SENSORS(X) X(rangefinder)
+#define TERRACAST_SENSORS(X) \
+  X(imu)                     \
+  X(rangefinder)
 
 namespace terracast::sensors {
 
@@ -64,6 +66,7 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
       .scene = scene,
       .body = body,
       .body_from_sensor = info.body_from_sensor(),
+      .rate_hz = info.rate_hz,
       .stream_seed = sequence_seed ^ core::content_hash64(std::as_bytes(std::span(names))),
       .trail = trail};
   core::with_context([&] { sensor->measure(site, samples.times_s, samples.values); },

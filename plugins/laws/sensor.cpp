@@ -39,6 +39,7 @@ class SensorLaws {
     const sensors::SensorSite site{.scene = world_.scene,
                                    .body = world_.body,
                                    .body_from_sensor = {},
+                                   .rate_hz = 100.0,
                                    .stream_seed = 5,
                                    .trail = trail_};
     (sensor != nullptr ? *sensor : *sensor_).measure(site, times_s, values);

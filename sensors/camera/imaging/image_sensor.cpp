@@ -5,7 +5,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "sensors/camera/imaging/deviates.h"
+#include "sensors/deviates.h"
 
 namespace terracast::sensors {
 namespace {

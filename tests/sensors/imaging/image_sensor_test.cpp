@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "sensors/camera/imaging/deviates.h"
+#include "sensors/deviates.h"
 
 namespace terracast::sensors {
 namespace {

@@ -1,4 +1,4 @@
-#include "sensors/camera/imaging/deviates.h"
+#include "sensors/deviates.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "core/random.h"
+#include "geo/gravity.h"
+#include "sensors/instrument_errors.h"
+#include "sensors/sensor.h"
+
+/// Gyroscopes and accelerometers on a turning Earth: what they would show without errors, as exact derivatives of the
+/// body's motion at the sensor's own place, and what they do show.
+namespace terracast::sensors {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Turn rate against the stars, rad/s, and specific force, m/s^2, along the sensor's axes.
+struct Inertial {
+  Vector3d turn_rate = Vector3d::Zero();
+  Vector3d force = Vector3d::Zero();
+};
+
+/// f = a + 2 W x v - g and w + W, with W the Earth's turning and g the gravity at the sensor's place: the world turns with
+/// the Earth, and g has the centrifugal part.
+Inertial inertial_at(const SensorSite& site, double time_s) {
+  const geo::MotionState body = site.body.at(time_s);
+  const Eigen::Quaterniond& world_from_body = body.world_from_body.rotation;
+  const Vector3d& arm = site.body_from_sensor.translation;
+  const Vector3d& w = body.angular_velocity_body_radps;
+  const Vector3d velocity = body.velocity_world_mps + world_from_body * w.cross(arm);
+  const Vector3d acceleration =
+      body.acceleration_world_mps2 +
+      world_from_body * (body.angular_acceleration_body_radps2.cross(arm) + w.cross(w.cross(arm)));
+  const geo::WorldFrame& frame = site.scene.frame();
+  const Vector3d earth = geo::earth_rate_world_radps(frame);
+  const Vector3d force = acceleration + 2.0 * earth.cross(velocity) -
+                         geo::gravity_world_mps2(frame, body.world_from_body * arm);
+  const Eigen::Quaterniond sensor_from_body = site.body_from_sensor.rotation.conjugate();
+  return {.turn_rate = sensor_from_body * (w + world_from_body.conjugate() * earth),
+          .force = sensor_from_body * (world_from_body.conjugate() * force)};
+}
+
+/// Nodes and weights of Gauss and Legendre's rule of five points over (-1, 1): exact for polynomials of degree 9.
+constexpr std::array<std::array<double, 2>, 5> kGauss = {
+    {{-0.90617984593866399, 0.23692688505618908},
+     {-0.53846931010568309, 0.47862867049936647},
+     {0.0, 0.56888888888888889},
+     {0.53846931010568309, 0.47862867049936647},
+     {0.90617984593866399, 0.23692688505618908}}};
+
+/// Means over a time, from knot to knot of the motion.
+Inertial mean_of(const SensorSite& site, double from_s, double to_s,
+                 const std::vector<double>& knots_s) {
+  Inertial sum;
+  const auto add = [&](double begin_s, double end_s) {
+    const double half_s = 0.5 * (end_s - begin_s);
+    for (const auto& [node, weight] : kGauss) {
+      const Inertial at = inertial_at(site, begin_s + half_s * (1.0 + node));
+      sum.turn_rate += weight * half_s * at.turn_rate;
+      sum.force += weight * half_s * at.force;
+    }
+  };
+  double begin_s = from_s;
+  for (auto knot = std::upper_bound(knots_s.begin(), knots_s.end(), from_s);
+       knot != knots_s.end() && *knot < to_s; ++knot) {
+    add(begin_s, *knot);
+    begin_s = *knot;
+  }
+  add(begin_s, to_s);
+  return {.turn_rate = sum.turn_rate / (to_s - from_s), .force = sum.force / (to_s - from_s)};
+}
+
+class Imu : public Sensor {
+ public:
+  void describe(core::SchemaVisitor& visit) override {
+    visit.key(
+        "sampling", sampling_,
+        "instant: turn rate and specific force at a sample's time. integrated: their means over "
+        "the time since the sample before, along the sensor's axes as it turns, as instruments "
+        "give that measure faster within.",
+        core::one_of({"instant", "integrated"}));
+    visit.section("gyroscope", gyroscope_, "Errors of the gyroscopes; none are stated: none.");
+    visit.section("accelerometer", accelerometer_,
+                  "Errors of the accelerometers; none are stated: none.");
+  }
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
+
+  std::vector<capture::StreamChannel> channels() const override {
+    std::vector<capture::StreamChannel> channels;
+    for (const char* what : {"", "true_"})
+      for (const auto& [name, key, unit] :
+           {std::array{"gyro_", "_radps", "rad/s"}, std::array{"accel_", "_mps2", "m/s^2"}})
+        for (const char* axis : {"x", "y", "z"})
+          channels.push_back({.name = std::string(what) + name + axis + key, .unit = unit});
+    return channels;
+  }
+
+  void measure(const SensorSite& site, std::span<const double> times_s,
+               std::span<double> values) const override {
+    std::vector<double> knots_s;
+    if (sampling_ == "integrated") {
+      knots_s = site.body.trajectory->knots_s();
+      for (double& knot_s : knots_s) knot_s -= site.body.start_s;
+    }
+    Instrument gyroscope(gyroscope_, site.rate_hz, site.stream_seed, 1);
+    Instrument accelerometer(accelerometer_, site.rate_hz, site.stream_seed, 2);
+    for (std::size_t i = 0; i < times_s.size(); ++i) {
+      const double time_s = times_s[i];
+      const Inertial truth = sampling_ == "instant"
+                                 ? inertial_at(site, time_s)
+                                 : mean_of(site, time_s - 1.0 / site.rate_hz, time_s, knots_s);
+      const std::int64_t tick = std::llround(time_s * site.rate_hz);
+      const std::array<Vector3d, 4> rows = {gyroscope.shown(truth.turn_rate, tick),
+                                            accelerometer.shown(truth.force, tick), truth.turn_rate,
+                                            truth.force};
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis)
+          values[12 * i + 3 * k + static_cast<std::size_t>(axis)] = rows[k][axis];
+    }
+  }
+
+ private:
+  std::string sampling_ = "instant";
+  InstrumentOptions gyroscope_{"radps"};
+  InstrumentOptions accelerometer_{"mps2"};
+};
+
+}  // namespace
+
+SensorInfo imu_sensor() {
+  return {.name = "imu",
+          .summary = "gyroscopes and accelerometers, their truth and what they show",
+          .make = [] { return std::unique_ptr<Sensor>(std::make_unique<Imu>()); }};
+}
+
+}  // namespace terracast::sensors

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/schema.h"
+#include "sensors/drawn_process.h"
+
+/// What an instrument of three axes makes of a true vector.
+namespace terracast::sensors {
+
+/// Parameters of an instrument, as data sheets and Allan plots have them; 0: it has none of the kind.
+struct InstrumentOptions {
+  /// unit   of what it measures, as it ends names of keys: "radps"
+  explicit InstrumentOptions(std::string unit_of_keys) : unit(std::move(unit_of_keys)) {}
+
+  std::string unit;
+  double noise_per_sqrt_hz =
+      0.0;  ///< density of white noise; a sample's deviation is it times sqrt(rate)
+  double walk_per_s_per_sqrt_hz = 0.0;  ///< density of the bias's derivative
+  double markov = 0.0;                  ///< deviation of a Gauss-Markov bias
+  double markov_s = 100.0;              ///< over which it correlates by 1/e
+  double turn_on = 0.0;                 ///< deviation of a constant bias
+  double scale_ppm = 0.0;               ///< deviations, of each axis
+  double misalignment_mrad = 0.0;       ///< and of each axis towards each other one
+  double range = 0.0;                   ///< the most that it shows, either way
+  double step = 0.0;                    ///< of its numbers
+
+  void describe(core::SchemaVisitor& visit);
+};
+
+/// An instrument as it was drawn: it has one scale, misalignment and turn-on bias for all its stream.
+///
+/// determinism   what it shows at a tick depends on seed, stream, tick and truth alone
+/// threads       one at a time
+class Instrument {
+ public:
+  /// stream   of its random numbers alone
+  Instrument(const InstrumentOptions& options, double rate_hz, std::uint64_t seed,
+             std::uint64_t stream);
+
+  /// shown = range(step((I + S + M) truth + turn-on + Gauss-Markov + walk + noise)), each axis by itself.
+  /// tick   of the stream, 0 and more
+  Eigen::Vector3d shown(const Eigen::Vector3d& truth, std::int64_t tick);
+
+ private:
+  const InstrumentOptions& options_;
+  std::uint64_t seed_;
+  std::array<std::uint64_t, 3> noise_streams_;
+  double noise_;  ///< a sample's deviation
+  Eigen::Matrix3d shown_from_true_;
+  Eigen::Vector3d turn_on_;
+  std::vector<DrawnProcess> slow_;  ///< those there are, three axes each
+};
+
+}  // namespace terracast::sensors
