@@ -35,9 +35,7 @@ TEST(DrawnProcess, AWalksCovarianceIsThatOfItsCommonPart) {
   constexpr double kStep = 0.3;
   const auto made = [](std::uint64_t stream) { return DrawnProcess::walk(kStep, 5, stream); };
   EXPECT_EQ(made(1).at(0), 0.0);
-  const auto variance = [](std::int64_t tick) {
-    return kStep * kStep * static_cast<double>(tick);
-  };
+  const auto variance = [](std::int64_t tick) { return kStep * kStep * static_cast<double>(tick); };
   for (const auto& [a, b] : std::vector<std::pair<std::int64_t, std::int64_t>>{
            {1, 1}, {1, 2}, {3, 5}, {7, 8}, {1000, 1000}, {999, 1001}, {100, 3'600'000}})
     expect_covariance(made, a, b, variance(a), variance(a), variance(b));

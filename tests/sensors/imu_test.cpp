@@ -1,0 +1,442 @@
+// An IMU's truth against mechanisations and closed forms of the test's own, and its errors against their theory.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+
+#include "core/toml_reader.h"
+#include "geo/gravity.h"
+#include "sensors/sensor.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/hills_flight.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::test {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+/// A function of time with its derivatives: c + a sin(w t + p).
+struct Wave {
+  double middle = 0.0, amplitude = 0.0, rate = 0.0, phase = 0.0, slope = 0.0;
+  double at(int order, double t) const {
+    const double quarter = 0.5 * std::numbers::pi * order;
+    const double wave = amplitude * std::pow(rate, order) * std::sin(rate * t + phase + quarter);
+    return wave + (order == 0 ? middle + slope * t : order == 1 ? slope : 0.0);
+  }
+};
+
+/// Positions and angles (about z, then y, then x of the body) that are waves: all derivatives in closed form.
+struct WavyMotion : geo::Trajectory {
+  std::array<Wave, 3> place;
+  Wave yaw, pitch, roll;
+  double duration_s() const override { return 1000.0; }
+  std::vector<double> knots_s() const override { return {0.0, 1000.0}; }
+  geo::MotionState at(double t) const override {
+    geo::MotionState state;
+    state.time_s = t;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Wave& wave = place[static_cast<std::size_t>(axis)];
+      state.world_from_body.translation[axis] = wave.at(0, t);
+      state.velocity_world_mps[axis] = wave.at(1, t);
+      state.acceleration_world_mps2[axis] = wave.at(2, t);
+      state.jerk_world_mps3[axis] = wave.at(3, t);
+    }
+    state.world_from_body.rotation = Eigen::AngleAxisd(yaw.at(0, t), Vector3d::UnitZ()) *
+                                     Eigen::AngleAxisd(pitch.at(0, t), Vector3d::UnitY()) *
+                                     Eigen::AngleAxisd(roll.at(0, t), Vector3d::UnitX());
+    const double sp = std::sin(pitch.at(0, t)), cp = std::cos(pitch.at(0, t));
+    const double sr = std::sin(roll.at(0, t)), cr = std::cos(roll.at(0, t));
+    const double y1 = yaw.at(1, t), p1 = pitch.at(1, t), r1 = roll.at(1, t);
+    const double y2 = yaw.at(2, t), p2 = pitch.at(2, t), r2 = roll.at(2, t);
+    state.angular_velocity_body_radps = {r1 - y1 * sp, p1 * cr + y1 * cp * sr,
+                                         -p1 * sr + y1 * cp * cr};
+    state.angular_acceleration_body_radps2 = {
+        r2 - y2 * sp - y1 * p1 * cp,
+        p2 * cr - p1 * r1 * sr + y2 * cp * sr - y1 * p1 * sp * sr + y1 * r1 * cp * cr,
+        -p2 * sr - p1 * r1 * cr + y2 * cp * cr - y1 * p1 * sp * cr - y1 * r1 * cp * sr};
+    return state;
+  }
+};
+
+/// A figure of eight at about 15 m/s, of 150 by 80 m and 10 m of height, with a roll of 29 degrees.
+std::shared_ptr<WavyMotion> figure_of_eight() {
+  auto motion = std::make_shared<WavyMotion>();
+  motion->place = {Wave{.middle = 200.0, .amplitude = 150.0, .rate = 0.09},
+                   Wave{.middle = -90.0, .amplitude = 80.0, .rate = 0.18},
+                   Wave{.middle = 400.0, .amplitude = 10.0, .rate = 0.21, .phase = 1.0}};
+  motion->yaw = {.amplitude = 1.9, .rate = 0.09, .phase = 0.3, .slope = 0.05};
+  motion->pitch = {.amplitude = 0.2, .rate = 0.4, .phase = 0.7};
+  motion->roll = {.amplitude = 0.5, .rate = 0.88};
+  return motion;
+}
+
+core::Choice<sensors::SensorInfo> imu_of(const std::string& keys) {
+  struct Read {
+    core::Choice<sensors::SensorInfo> choice;
+    void describe(core::SchemaVisitor& visit) {
+      choice.describe(visit, "kind", "sensor", "", sensors::sensors());
+    }
+  } read;
+  core::TomlDocument::parse("kind = \"imu\"\n" + keys, "imu.toml").read(read);
+  return read.choice;
+}
+
+struct Reading {
+  Vector3d gyro, accel, true_gyro, true_accel;
+};
+
+class Imu : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = new ScratchFolder;
+    traced = new TracedPlan(make_hills(folder->path()), small_plan(2, 24, 16));
+  }
+  static void TearDownTestSuite() {
+    delete traced;
+    delete folder;
+    traced = nullptr;
+    folder = nullptr;
+  }
+
+  static std::vector<Reading> measure(const std::string& keys,
+                                      std::shared_ptr<const geo::Trajectory> motion, double rate_hz,
+                                      std::size_t count, const geo::Rigid3d& body_from_sensor = {},
+                                      std::uint64_t seed = 11) {
+    const geo::BodyMotion body{.trajectory = std::move(motion), .start_s = 0.0};
+    const sensors::SensorSite site{.scene = traced->scene,
+                                   .body = body,
+                                   .body_from_sensor = body_from_sensor,
+                                   .rate_hz = rate_hz,
+                                   .stream_seed = seed,
+                                   .trail = nullptr};
+    std::vector<double> times_s, values(12 * count);
+    for (std::size_t k = 0; k < count; ++k) times_s.push_back(static_cast<double>(k) / rate_hz);
+    imu_of(keys)->measure(site, times_s, values);
+    std::vector<Reading> readings;
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto three = [&](std::size_t first) {
+        return Vector3d(values[12 * k + first], values[12 * k + first + 1],
+                        values[12 * k + first + 2]);
+      };
+      readings.push_back({three(0), three(3), three(6), three(9)});
+    }
+    return readings;
+  }
+  static const geo::WorldFrame& frame() { return traced->scene.frame(); }
+
+  static ScratchFolder* folder;
+  static TracedPlan* traced;
+};
+ScratchFolder* Imu::folder = nullptr;
+TracedPlan* Imu::traced = nullptr;
+
+/// A sensor in the Earth's axes, which turn with it.
+struct Navigated {
+  Vector3d place, velocity;
+  Quaterniond ecef_from_sensor;
+};
+
+/// What a mechanisation leaves out.
+struct Omissions {
+  bool earth_rate = false, coriolis = false, local_gravity = false;
+};
+
+/// Strapdown in the Earth's axes, by Runge's and Kutta's rule over two samples.
+Navigated integrate(Navigated state, const std::vector<Reading>& readings, double rate_hz,
+                    const geo::WorldFrame& frame, const Omissions& without = {}) {
+  const Vector3d earth(0.0, 0.0, geo::kEarthRate_radps);
+  struct Slope {
+    Vector3d place, velocity;
+    Eigen::Vector4d turn;
+  };
+  const auto slope_of = [&](const Navigated& at, const Reading& reading) {
+    const Vector3d world = frame.ecef_from_world().inverse() * at.place;
+    Vector3d gravity = frame.ecef_from_world().rotation * geo::gravity_world_mps2(frame, world);
+    if (without.local_gravity) gravity *= 9.81 / gravity.norm();
+    const Vector3d force = at.ecef_from_sensor * reading.true_accel;
+    Vector3d rate = reading.true_gyro;
+    if (!without.earth_rate) rate -= at.ecef_from_sensor.conjugate() * earth;
+    const Vector3d coriolis =
+        without.coriolis ? Vector3d::Zero() : Vector3d(2.0 * earth.cross(at.velocity));
+    const Quaterniond turn = at.ecef_from_sensor * Quaterniond(0.0, rate.x(), rate.y(), rate.z());
+    return Slope{at.velocity, force + gravity - coriolis, 0.5 * turn.coeffs()};
+  };
+  const auto moved = [](const Navigated& at, const Slope& slope, double step_s) {
+    Navigated next = at;
+    next.place += step_s * slope.place;
+    next.velocity += step_s * slope.velocity;
+    next.ecef_from_sensor.coeffs() += step_s * slope.turn;
+    return next;
+  };
+  const double step_s = 2.0 / rate_hz;
+  for (std::size_t k = 0; k + 2 < readings.size(); k += 2) {
+    const Slope a = slope_of(state, readings[k]);
+    const Slope b = slope_of(moved(state, a, 0.5 * step_s), readings[k + 1]);
+    const Slope c = slope_of(moved(state, b, 0.5 * step_s), readings[k + 1]);
+    const Slope d = slope_of(moved(state, c, step_s), readings[k + 2]);
+    const Slope mean{(a.place + 2.0 * b.place + 2.0 * c.place + d.place) / 6.0,
+                     (a.velocity + 2.0 * b.velocity + 2.0 * c.velocity + d.velocity) / 6.0,
+                     (a.turn + 2.0 * b.turn + 2.0 * c.turn + d.turn) / 6.0};
+    state = moved(state, mean, step_s);
+    state.ecef_from_sensor.normalize();
+  }
+  return state;
+}
+
+/// The sensor by the body's own motion.
+Navigated placed(const geo::Trajectory& motion, double time_s, const geo::Rigid3d& body_from_sensor,
+                 const geo::WorldFrame& frame) {
+  const geo::MotionState body = motion.at(time_s);
+  const Quaterniond ecef_from_world = frame.ecef_from_world().rotation;
+  const Vector3d arm = body_from_sensor.translation;
+  return {.place = frame.ecef_from_world() * (body.world_from_body * arm),
+          .velocity = ecef_from_world *
+                      (body.velocity_world_mps +
+                       body.world_from_body.rotation * body.angular_velocity_body_radps.cross(arm)),
+          .ecef_from_sensor =
+              ecef_from_world * body.world_from_body.rotation * body_from_sensor.rotation};
+}
+
+const geo::Rigid3d kMount{
+    .rotation = Quaterniond(Eigen::AngleAxisd(0.4, Vector3d(1, 2, -1).normalized())),
+    .translation = {0.4, -0.3, 0.2}};
+
+TEST_F(Imu, ComesBackToTheBodysOwnMotionWhenItIsIntegrated) {
+  const auto motion = figure_of_eight();
+  constexpr double kRate_hz = 200.0, kDuration_s = 60.0;
+  const auto readings = measure("", motion, kRate_hz, 12001, kMount);
+  const Navigated end =
+      integrate(placed(*motion, 0.0, kMount, frame()), readings, kRate_hz, frame());
+  const Navigated right = placed(*motion, kDuration_s, kMount, frame());
+  EXPECT_LT((end.place - right.place).norm(), 1e-6);
+  EXPECT_LT(end.ecef_from_sensor.angularDistance(right.ecef_from_sensor), 1e-10);
+  // At half the rate the rule errs by sixteen times as much: it is the rule's error alone.
+  std::vector<Reading> half;
+  for (std::size_t k = 0; k < readings.size(); k += 4) half.push_back(readings[k]);
+  std::vector<Reading> quarter;
+  for (std::size_t k = 0; k < readings.size(); k += 8) quarter.push_back(readings[k]);
+  const auto off_m = [&](const std::vector<Reading>& some, double rate_hz) {
+    return (integrate(placed(*motion, 0.0, kMount, frame()), some, rate_hz, frame()).place -
+            right.place)
+        .norm();
+  };
+  const double ratio = off_m(quarter, kRate_hz / 8.0) / off_m(half, kRate_hz / 4.0);
+  EXPECT_GT(ratio, 13.0);
+  EXPECT_LT(ratio, 19.0);
+}
+
+TEST_F(Imu, WhatAMechanisationLeavesOutShowsAtItsSize) {
+  // A body that stands: what is left out is all that moves it.
+  auto motion = std::make_shared<WavyMotion>();
+  motion->place[0].slope = 15.0;  // to the east
+  motion->place[2].middle = 300.0;
+  const auto readings = measure("", motion, 200.0, 12001);
+  const Navigated right = placed(*motion, 60.0, {}, frame());
+  const auto off_m = [&](const Omissions& without) {
+    return (integrate(placed(*motion, 0.0, {}, frame()), readings, 200.0, frame(), without).place -
+            right.place)
+        .norm();
+  };
+  EXPECT_LT(off_m({}), 1e-6);
+  const double gravity = geo::gravity_world_mps2(frame(), Vector3d::Zero()).norm();
+  const double lat = frame().origin().lat_deg * std::numbers::pi / 180.0;
+  // Tilted by w t, the reaction to gravity pushes aside: g w t^3 / 6, of the level part of the Earth's turning.
+  const double by_earth_rate =
+      gravity * geo::kEarthRate_radps * std::cos(lat) * 60.0 * 60.0 * 60.0 / 6.0;
+  EXPECT_NEAR(off_m({.earth_rate = true}), by_earth_rate, 0.02 * by_earth_rate);
+  // 2 w x v over t^2 / 2, of a flight to the east, which is square to the Earth's axis.
+  const double by_coriolis = geo::kEarthRate_radps * 15.0 * 60.0 * 60.0;
+  EXPECT_NEAR(off_m({.coriolis = true}), by_coriolis, 0.02 * by_coriolis);
+  const double by_gravity = 0.5 * std::abs(gravity - 9.81) * 60.0 * 60.0;
+  EXPECT_NEAR(off_m({.local_gravity = true}), by_gravity, 0.03 * by_gravity + 0.1);
+}
+
+TEST_F(Imu, AtRestShowsTheGroundsReactionAndTheEarthsTurning) {
+  auto motion = std::make_shared<WavyMotion>();
+  motion->place[2].middle = 100.0;
+  motion->yaw.middle = 0.8;
+  const auto readings = measure("", motion, 10.0, 2);
+  const Vector3d world_force = Eigen::AngleAxisd(0.8, Vector3d::UnitZ()) * readings[1].true_accel;
+  EXPECT_LT((world_force + geo::gravity_world_mps2(frame(), {0, 0, 100.0})).norm(), 1e-14);
+  EXPECT_NEAR(readings[1].true_gyro.norm(), 7.292115e-5, 1e-19);
+  const double lat = frame().origin().lat_deg * std::numbers::pi / 180.0;
+  EXPECT_NEAR(readings[1].true_gyro.z(), 7.292115e-5 * std::sin(lat), 1e-18);
+  // Without errors it shows its truth.
+  EXPECT_EQ(readings[1].gyro, readings[1].true_gyro);
+  EXPECT_EQ(readings[1].accel, readings[1].true_accel);
+}
+
+TEST_F(Imu, TwoOnOneBodyDifferByItsTurning) {
+  const auto motion = figure_of_eight();
+  const geo::Rigid3d here{.rotation = Quaterniond::Identity(), .translation = {1.0, -2.0, 0.5}};
+  const auto center = measure("", motion, 50.0, 500), beside = measure("", motion, 50.0, 500, here);
+  for (std::size_t k = 0; k < center.size(); ++k) {
+    const geo::MotionState body = motion->at(static_cast<double>(k) / 50.0);
+    // Against the stars: the Earth turns both.
+    const Quaterniond body_from_world = body.world_from_body.rotation.conjugate();
+    const Vector3d earth = body_from_world * geo::earth_rate_world_radps(frame());
+    const Vector3d w = body.angular_velocity_body_radps;
+    const Vector3d r = here.translation;
+    const Vector3d expected = body.angular_acceleration_body_radps2.cross(r) + w.cross(w.cross(r)) +
+                              2.0 * earth.cross(w.cross(r));
+    // Gravity differs by 3e-6 a metre of height.
+    EXPECT_LT((beside[k].true_accel - center[k].true_accel - expected).norm(), 1e-5);
+    EXPECT_LT((beside[k].true_gyro - center[k].true_gyro).norm(), 1e-15);
+  }
+}
+
+TEST_F(Imu, FallingFreelyShowsNoForce) {
+  /// Falls from rest in the world's frame: on the turning Earth, as seen in its axes.
+  struct Fall : geo::Trajectory {
+    const geo::WorldFrame* frame = nullptr;
+    double duration_s() const override { return 1.0; }
+    std::vector<double> knots_s() const override { return {0.0, 1.0}; }
+    geo::MotionState at(double t) const override {
+      geo::MotionState state;
+      state.time_s = t;
+      state.world_from_body.translation = {100.0, 50.0, 2000.0};
+      state.velocity_world_mps = {3.0, -40.0, -60.0};
+      state.acceleration_world_mps2 =
+          geo::gravity_world_mps2(*frame, state.world_from_body.translation) -
+          2.0 * geo::earth_rate_world_radps(*frame).cross(state.velocity_world_mps);
+      return state;
+    }
+  };
+  auto fall = std::make_shared<Fall>();
+  fall->frame = &frame();
+  EXPECT_LT(measure("", fall, 10.0, 1)[0].true_accel.norm(), 1e-14);
+}
+
+TEST_F(Imu, IntegratedSamplesAreMeansSinceTheSampleBefore) {
+  const auto motion = figure_of_eight();
+  const std::string keys = "sampling = \"integrated\"\n";
+  const auto coarse = measure(keys, motion, 100.0, 100, kMount);
+  const auto fine = measure(keys, motion, 400.0, 400, kMount);
+  const auto instant = measure("", motion, 25600.0, 25600, kMount);
+  for (std::size_t k = 1; k < coarse.size(); ++k) {
+    Vector3d gyro = Vector3d::Zero(), accel = Vector3d::Zero();
+    for (std::size_t i = 4 * k - 3; i <= 4 * k; ++i) {
+      gyro += 0.25 * fine[i].true_gyro;
+      accel += 0.25 * fine[i].true_accel;
+    }
+    EXPECT_LT((coarse[k].true_gyro - gyro).norm(), 1e-14);
+    EXPECT_LT((coarse[k].true_accel - accel).norm(), 1e-13);
+    // Simpson's rule over 256 steps.
+    Vector3d simpson = Vector3d::Zero();
+    for (std::size_t i = 0; i <= 256; ++i)
+      simpson += (i == 0 || i == 256 ? 1.0
+                  : i % 2 == 1       ? 4.0
+                                     : 2.0) /
+                 768.0 * instant[256 * (k - 1) + i].true_accel;
+    EXPECT_LT((coarse[k].true_accel - simpson).norm(), 1e-12);
+  }
+}
+
+/// Overlapping Allan variance over m samples of a quantity of which rates are given.
+double allan_variance(const std::vector<double>& rates, std::size_t m) {
+  std::vector<double> sums{0.0};
+  for (const double rate : rates) sums.push_back(sums.back() + rate);
+  double squares = 0.0;
+  const std::size_t count = sums.size() - 2 * m;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double change = (sums[k + 2 * m] - 2.0 * sums[k + m] + sums[k]) / static_cast<double>(m);
+    squares += change * change;
+  }
+  return squares / (2.0 * static_cast<double>(count));
+}
+
+/// Compares a process with the line of its theory at ten times, to 4 sigma of the estimate.
+void expect_line(const std::vector<double>& rates, double rate_hz,
+                 const std::function<double(double tau_s)>& theory) {
+  const double duration_s = static_cast<double>(rates.size()) / rate_hz;
+  for (int i = 0; i < 10; ++i) {
+    const double tau_s = std::round(std::pow(10.0, 0.3 * i - 1.0) * rate_hz) / rate_hz;
+    const auto m = static_cast<std::size_t>(std::llround(tau_s * rate_hz));
+    if (m < 1) continue;
+    const double sigma = 1.0 / std::sqrt(2.0 * (duration_s / tau_s - 1.0));
+    const double share = std::sqrt(allan_variance(rates, m) / theory(tau_s));
+    EXPECT_NEAR(share, 1.0, 4.0 * sigma) << tau_s << " s";
+  }
+}
+
+TEST_F(Imu, ErrorsHaveTheAllanVarianceOfTheirParameters) {
+  auto still = std::make_shared<WavyMotion>();
+  constexpr double kRate_hz = 20.0;
+  constexpr std::size_t kCount = 20 * 7200;
+  const auto rates_of = [&](const std::string& keys, bool is_gyro, int axis) {
+    std::vector<double> rates;
+    for (const Reading& r : measure(keys, still, kRate_hz, kCount))
+      rates.push_back(is_gyro ? r.gyro[axis] - r.true_gyro[axis]
+                              : r.accel[axis] - r.true_accel[axis]);
+    return rates;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    expect_line(rates_of("gyroscope = { noise_radps_per_sqrt_hz = 1.87e-4 }", true, axis), kRate_hz,
+                [](double tau) { return 1.87e-4 * 1.87e-4 / tau; });
+    // A walk that is sampled: Allan's K^2 tau / 3, and K^2 / (6 tau rate^2) for steps instead of a line.
+    expect_line(rates_of("accelerometer = { walk_mps2_per_s_per_sqrt_hz = 4.33e-4 }", false, axis),
+                kRate_hz, [&](double tau) {
+                  const double m = tau * kRate_hz;
+                  return 4.33e-4 * 4.33e-4 * tau * (2.0 * m * m + 1.0) / (6.0 * m * m);
+                });
+  }
+  // Gauss-Markov of a second: between 0.5 and 2 of its time the line bends.
+  expect_line(rates_of("gyroscope = { markov_radps = 0.01, markov_s = 2.0 }", true, 0), kRate_hz,
+              [](double tau) {
+                const double x = tau / 2.0;
+                return 2.0 * 1e-4 / x *
+                       (1.0 - (3.0 - 4.0 * std::exp(-x) + std::exp(-2.0 * x)) / (2.0 * x));
+              });
+}
+
+TEST_F(Imu, ScalesBiasesStepsAndRangesAreWhatTheySay) {
+  const auto motion = figure_of_eight();
+  double sum_of_squares = 0.0;
+  constexpr int kSeeds = 500;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    const auto readings = measure("gyroscope = { turn_on_radps = 0.02 }", motion, 10.0, 2, {},
+                                  static_cast<std::uint64_t>(seed));
+    EXPECT_LT((readings[0].gyro - readings[0].true_gyro - readings[1].gyro + readings[1].true_gyro)
+                  .norm(),
+              1e-16);
+    sum_of_squares += (readings[0].gyro - readings[0].true_gyro).squaredNorm();
+  }
+  // 1500 squares of normal numbers, to five standard errors.
+  EXPECT_NEAR(sum_of_squares / (3 * kSeeds * 0.02 * 0.02), 1.0,
+              5.0 * std::sqrt(2.0 / (3 * kSeeds)));
+  for (const Reading& r :
+       measure("accelerometer = { step_mps2 = 0.01, range_mps2 = 9.0 }", motion, 10.0, 100))
+    for (int axis = 0; axis < 3; ++axis) {
+      const double limited = std::clamp(r.true_accel[axis], -9.0, 9.0);
+      EXPECT_NEAR(r.accel[axis], limited, 0.005 + 1e-12);
+      EXPECT_NEAR(r.accel[axis] / 0.01, std::round(r.accel[axis] / 0.01), 1e-9);
+    }
+  // A scale and a misalignment are one matrix for all samples: found again by least squares, exactly.
+  const auto readings =
+      measure("accelerometer = { scale_ppm = 500, misalignment_mrad = 2 }", motion, 10.0, 300);
+  Matrix3d both = Matrix3d::Zero(), squares = Matrix3d::Zero();
+  for (const Reading& r : readings) {
+    both += r.accel * r.true_accel.transpose();
+    squares += r.true_accel * r.true_accel.transpose();
+  }
+  const Matrix3d shown_from_true = both * squares.inverse();
+  for (const Reading& r : readings)
+    EXPECT_LT((r.accel - shown_from_true * r.true_accel).norm(), 1e-11);
+  EXPECT_LT((shown_from_true - Matrix3d::Identity()).cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_GT((shown_from_true - Matrix3d::Identity()).norm(), 1e-4);
+}
+
+TEST_F(Imu, RefusesNegativeDensities) {
+  expect_error(core::ErrorKind::Config, {"noise_radps_per_sqrt_hz", "-1"},
+               [] { imu_of("gyroscope = { noise_radps_per_sqrt_hz = -1 }"); });
+}
+
+}  // namespace
+}  // namespace terracast::test
