@@ -1,3 +1,4 @@
+#include "validate/body_pose.h"
 #include "validate/checks/checker.h"
 #include "validate/checks/motion_agreement.h"
 
@@ -11,18 +12,11 @@ namespace {
 std::vector<std::optional<StatedMotion>> motions_of(const Sequence& sequence) {
   std::vector<std::optional<StatedMotion>> motions(sequence.motion.size());
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    if (!sequence.motion[i]) continue;
-    for (const Camera& camera : sequence.cameras) {
-      if (!camera.body_from_camera || i >= camera.local_from_camera.size() ||
-          !camera.local_from_camera[i])
-        continue;
-      const Pose local_from_body =
-          *camera.local_from_camera[i] * camera.body_from_camera->inverse();
-      const BodyMotion& row = *sequence.motion[i];
-      motions[i] = StatedMotion{local_from_body, local_from_body.rotation * row.velocity_mps,
-                                local_from_body.rotation * row.acceleration_mps2, row.turn_radps};
-      break;
-    }
+    const std::optional<Pose> body = local_from_body(sequence, i);
+    if (!sequence.motion[i] || !body) continue;
+    const BodyMotion& row = *sequence.motion[i];
+    motions[i] = StatedMotion{*body, body->rotation * row.velocity_mps,
+                              body->rotation * row.acceleration_mps2, row.turn_radps};
   }
   return motions;
 }

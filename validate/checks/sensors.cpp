@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "validate/body_pose.h"
 #include "validate/checks/checker.h"
 #include "validate/checks/contradictions.h"
 #include "validate/oracle/shown_geometry.h"
@@ -65,14 +66,6 @@ void compare_mounts(const std::vector<SensorRecord>& sensors, FileContradictions
                  "{}: its two mounts put the rig {} elsewhere than another sensor's", sensor.file,
                  sensor.rig);
   }
-}
-
-/// The body at a frame, in the sequence's frame, by the first camera that has a pose.
-std::optional<Pose> local_from_body(const Sequence& sequence, std::size_t frame) {
-  for (const Camera& camera : sequence.cameras)
-    if (camera.body_from_camera && camera.local_from_camera[frame])
-      return *camera.local_from_camera[frame] * camera.body_from_camera->inverse();
-  return std::nullopt;
 }
 
 /// Ranges at the frames' times against the first of the world's surfaces.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -18,6 +19,8 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
+constexpr std::size_t kNumImuChannels = 12;
+
 Pose read_mount(const Json& json, const std::string& where) {
   const std::vector<double> q = json.at("quaternion_wxyz").numbers();
   const std::vector<double> t = json.at("translation_m").numbers();
@@ -31,8 +34,24 @@ Pose read_mount(const Json& json, const std::string& where) {
   return {rotation.toRotationMatrix(), {t[0], t[1], t[2]}};
 }
 
+/// What an IMU shows of turn rate and specific force, and its truth.
+void check_channels_of_imu(const Json& channels, const std::string& where) {
+  std::size_t at = 0;
+  for (const char* what : {"", "true_"})
+    for (const auto& [quantity, end, unit] :
+         {std::array{"gyro_", "_radps", "rad/s"}, std::array{"accel_", "_mps2", "m/s^2"}})
+      for (const char* axis : {"x", "y", "z"}) {
+        const std::string name = std::string(what) + quantity + axis + end;
+        if (channels.size() != kNumImuChannels || channels.at(at).at("name").string() != name ||
+            channels.at(at).at("unit").string() != unit)
+          fail(ErrorKind::Input, "{}: channel {} of an IMU is {} in {}", where, at, name, unit);
+        ++at;
+      }
+}
+
 /// A rangefinder has one channel; those of plug-ins are called, and measured in, what they like.
 void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
+  if (kind == "imu") check_channels_of_imu(channels, where);
   if (kind != "rangefinder") return;
   if (channels.size() != 1 || channels.at(0).at("name").string() != "range_m" ||
       channels.at(0).at("unit").string() != "m")
@@ -63,14 +82,25 @@ void read_samples(const Dataset& dataset, const std::string& header, SensorRecor
   }
 }
 
-/// The number behind `key = ` in a text of TOML.
-double setting_of(const std::string& toml, const std::string& key, const std::string& where) {
+/// The text behind `key = ` in a text of TOML.
+std::string words_of(const std::string& toml, const std::string& key, const std::string& where) {
   for (const TextLine& line : split_lines(toml)) {
     const std::size_t equals = line.text.find('=');
     if (equals != std::string_view::npos && trimmed(line.text.substr(0, equals)) == key)
-      return parse_number(trimmed(line.text.substr(equals + 1)), where);
+      return std::string(trimmed(line.text.substr(equals + 1)));
   }
   fail(ErrorKind::Input, "{}: settings_toml has no {}", where, key);
+}
+double setting_of(const std::string& toml, const std::string& key, const std::string& where) {
+  return parse_number(words_of(toml, key, where), where);
+}
+
+bool is_integrated(const std::string& toml, const std::string& where) {
+  const std::string sampling = words_of(toml, "sampling", where);
+  if (sampling != "\"instant\"" && sampling != "\"integrated\"")
+    fail(ErrorKind::Input, "{}: settings_toml samples {}, not \"instant\" or \"integrated\"", where,
+         core::first_letters(sampling, 40));
+  return sampling == "\"integrated\"";
 }
 
 SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const Json& json,
@@ -81,7 +111,7 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (sensor.kind != "rangefinder" && sensor.kind.find('.') == std::string::npos)
+  if (sensor.kind != "rangefinder" && sensor.kind != "imu" && sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
   const std::string file = json.at("file").string();
@@ -107,6 +137,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.least_range_m = setting_of(settings, "least_range_m", where);
     sensor.most_range_m = setting_of(settings, "most_range_m", where);
   }
+  if (sensor.kind == "imu")
+    sensor.is_integrated = is_integrated(json.at("settings_toml").string(), where);
   read_samples(dataset, header, sensor);
   return sensor;
 }

@@ -15,6 +15,8 @@ struct SensorRecord {
   double rate_hz = 0.0;
   Pose body_from_sensor, rig_from_sensor;
   double least_range_m = 0.0, most_range_m = 0.0;  ///< of a rangefinder's settings
+  /// Of an IMU's settings: samples are means over the time since the one before.
+  bool is_integrated = false;
   std::vector<double> times_s;
   std::vector<double> values;  ///< of all channels, sample by sample; may be infinite
   std::size_t num_channels = 0;
