@@ -19,6 +19,7 @@
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(georegistration, "places of COLMAP's georegistration.txt against georeference.csv")            \
+  X(inertial, "truth of IMUs, integrated from frame to frame, against the poses")                  \
   X(motion, "velocity, acceleration and turn of motion.csv against the body's poses")              \
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \

@@ -64,8 +64,8 @@ Vector3d normal_gravity_ecef_mps2(const Vector3d& point_ecef) {
     slope = next_slope;
     if (degree % 2 != 0) continue;
     const int n = degree / 2;
-    const double j = (n % 2 == 0 ? -3.0 : 3.0) * std::pow(e2, n) /
-                     ((degree + 1) * (degree + 3)) * (1.0 - n + 5.0 * n * kJ2 / e2);
+    const double j = (n % 2 == 0 ? -3.0 : 3.0) * std::pow(e2, n) / ((degree + 1) * (degree + 3)) *
+                     (1.0 - n + 5.0 * n * kJ2 / e2);
     const double scaled = kGm_m3ps2 / r * j * std::pow(kSemiMajorAxis_m / r, degree);
     radial += (degree + 1) * scaled * here / r;
     by_sine -= scaled * slope;
@@ -145,9 +145,9 @@ InertialState integrate(InertialState state, const InertialSamples& samples, dou
                    (a.turn + 2.0 * b.turn + 2.0 * c.turn + d.turn) / 6.0},
                   step_s);
     // The nearest rotation, to second order in how far it is off one.
-    state.ecef_from_sensor =
-        1.5 * state.ecef_from_sensor -
-        0.5 * state.ecef_from_sensor * state.ecef_from_sensor.transpose() * state.ecef_from_sensor;
+    state.ecef_from_sensor = 1.5 * state.ecef_from_sensor - 0.5 * state.ecef_from_sensor *
+                                                                state.ecef_from_sensor.transpose() *
+                                                                state.ecef_from_sensor;
   }
   return state;
 }

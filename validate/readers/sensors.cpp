@@ -111,7 +111,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (sensor.kind != "rangefinder" && sensor.kind != "imu" && sensor.kind.find('.') == std::string::npos)
+  if (sensor.kind != "rangefinder" && sensor.kind != "imu" &&
+      sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
   const std::string file = json.at("file").string();
