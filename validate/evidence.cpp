@@ -293,8 +293,21 @@ Estimate Evidence::estimate(const Target& target, int cause, double factor, cons
   return estimate;
 }
 
+std::vector<int> Evidence::cameras_without_residuals(const Sequence& sequence,
+                                                     std::string FrameFiles::*file) const {
+  std::vector<int> cameras;
+  for (int camera = 0; camera < static_cast<int>(sequence.cameras.size()); ++camera) {
+    const std::vector<FrameFiles>& files = sequence.cameras[static_cast<std::size_t>(camera)].files;
+    const bool has_files = std::any_of(
+        files.begin(), files.end(), [&](const FrameFiles& each) { return !(each.*file).empty(); });
+    if (has_files && !cameras_.contains(camera)) cameras.push_back(camera);
+  }
+  return cameras;
+}
+
 std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequence& sequence,
-                                           const Bounds& bounds, const std::string& what,
+                                           const Bounds& bounds, std::string FrameFiles::*file,
+                                           const std::string& what,
                                            const std::string& detects) const {
   const auto camera_name = [&](int index) {
     return index < 0 ? std::string("all cameras alike")
@@ -319,10 +332,18 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
         found.part = part;
         estimates.add(std::move(found));
       };
-      if (judged.is_of_cameras)
+      const auto has_it = [&](int camera) {
+        return judged.first != kLineTime || camera < 0 ||
+               sequence.cameras[static_cast<std::size_t>(camera)].shutter.has_value();
+      };
+      if (judged.is_of_cameras) {
         for (const auto& [camera, target] : cameras_)
-          add(target, judged.factor, camera_name(camera) + ", all frames" + axis,
-              camera < 0 ? "" : camera_name(camera));
+          if (has_it(camera))
+            add(target, judged.factor, camera_name(camera) + ", all frames" + axis,
+                camera < 0 ? "" : camera_name(camera));
+        for (const int camera : cameras_without_residuals(sequence, file))
+          if (has_it(camera)) estimates.add_unseen(camera_name(camera));
+      }
       if (!judged.is_of_images) continue;
       for (const auto& [image, target] : images_) {
         const auto pixels = pixels_per_metre_.find(image.first);

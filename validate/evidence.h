@@ -117,12 +117,16 @@ class Evidence {
     double position_px = 0.0;  ///< the shift that it makes in the image at the typical depth
   };
   /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, of sequences with rolling shutters
-  /// `_line_time`, `_rotation`, `_position`, judged by Estimates.
+  /// `_line_time`, `_rotation`, `_position`, judged by Estimates. A camera that has files of a kind and no residuals is
+  /// unseen.
   std::vector<CheckResult> results(const std::string& prefix, const Sequence& sequence,
-                                   const Bounds& bounds, const std::string& what,
-                                   const std::string& detects) const;
+                                   const Bounds& bounds, std::string FrameFiles::*file,
+                                   const std::string& what, const std::string& detects) const;
 
  private:
+  std::vector<int> cameras_without_residuals(const Sequence& sequence,
+                                             std::string FrameFiles::*file) const;
+
   /// Of all pairs that a correction concerns, and of those of each frame.
   struct Target {
     Sums sums{};

@@ -370,7 +370,7 @@ class FlowChecker : public Checker {
                                   .rounding = 0.5 * step_px,
                                   .rotation_deg = 0.01};
     for (CheckResult& result : evidence_.results(
-             "flow", sequence, bounds, "the differences of flow",
+             "flow", sequence, bounds, &FrameFiles::flow, "the differences of flow",
              "0.1 px of principal point, 0.1 % of scale or focal length, 0.01 deg of rotation, "
              "one frame of time"))
       results.push_back(std::move(result));

@@ -151,7 +151,8 @@ class InertialChecker : public Checker {
     const auto num_frames = static_cast<std::size_t>(sequence.num_frames);
     const std::size_t stride = std::max(per_window, (num_frames + kMostWindows - 1) / kMostWindows);
     for (std::size_t first = 0; first + 2 < num_frames; first += stride) {
-      Window window{.first_frame = first};
+      Window window;
+      window.first_frame = first;
       for (std::size_t frame = first; frame <= first + per_window && frame < num_frames; ++frame) {
         const std::optional<Pose> body = local_from_body(sequence, frame);
         const double time_s = static_cast<double>(frame) / sequence.rate_hz;

@@ -173,7 +173,8 @@ class PhotometricChecker : public Checker {
                                   .shared = 2.5,
                                   .rotation_deg = 0.02};
     for (CheckResult& result :
-         evidence_.results("photometric", sequence, bounds, "the shifts of patches between images",
+         evidence_.results("photometric", sequence, bounds, &FrameFiles::color,
+                           "the shifts of patches between images",
                            "0.2 px of principal point, 0.02 deg of rotation; time only where a "
                            "frame of it moves patches by less than 3 px"))
       results.push_back(std::move(result));

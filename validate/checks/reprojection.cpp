@@ -237,7 +237,8 @@ class ReprojectionChecker : public Checker {
                                   .rotation_deg = 0.01,
                                   .position_px = 0.1};
     for (CheckResult& result : evidence_.results(
-             "reprojection", sequence, bounds, "the differences of depth between images",
+             "reprojection", sequence, bounds, &FrameFiles::depth,
+             "the differences of depth between images",
              "0.1 px of principal point, 0.1 % of focal length or scale, 0.01 deg of rotation (a "
              "camera's in all "
              "frames, or one image's), a shift of one image's position by 0.1 px, one frame of "
