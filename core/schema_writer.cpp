@@ -98,7 +98,18 @@ std::string unit_of(std::string_view name) {
     return std::find(std::begin(kUnits), std::end(kUnits), word) != std::end(kUnits);
   };
   const std::string_view unit = last_word(name);
-  if (unit == "mps") return "m/s";
+  // Of what is no single unit, by all that a name may end with.
+  static constexpr std::pair<std::string_view, std::string_view> kCompounds[] = {
+      {"_radps_per_sqrt_hz", "rad/s/√Hz"},
+      {"_mps2_per_sqrt_hz", "m/s²/√Hz"},
+      {"_radps_per_s_per_sqrt_hz", "rad/s²/√Hz"},
+      {"_mps2_per_s_per_sqrt_hz", "m/s³/√Hz"},
+      {"_radps", "rad/s"},
+      {"_mps2", "m/s²"},
+      {"_mps", "m/s"},
+      {"_mrad", "mrad"}};
+  for (const auto& [ending, compound] : kCompounds)
+    if (name.ends_with(ending)) return std::string(compound);
   if (unit.size() == name.size() || !is_unit(unit)) return {};
   const std::string_view rest = name.substr(0, name.size() - unit.size() - 1);
   if (!rest.ends_with("_per")) return std::string(unit);

@@ -1,7 +1,6 @@
 #include "validate/inertial.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace terracast::validate {
@@ -21,17 +20,16 @@ Matrix3d cross_matrix(const Vector3d& v) {
   return (Matrix3d() << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0).finished();
 }
 
-/// Weights of values at 0, 1, …, N - 1 for that of their polynomial, or of its derivative, at a place.
-template <std::size_t N>
-std::array<double, N> weights_at(double place, bool is_derivative) {
-  std::array<double, N> weights{};
-  for (std::size_t i = 0; i < N; ++i) {
+/// Weights of values at 0, 1, 2, … for that of their polynomial, or of its derivative, at a place.
+std::vector<double> weights_at(std::size_t num_nodes, double place, bool is_derivative) {
+  std::vector<double> weights(num_nodes, 0.0);
+  for (std::size_t i = 0; i < num_nodes; ++i) {
     const auto factor = [&](std::size_t j) {
       return (place - static_cast<double>(j)) / (static_cast<double>(i) - static_cast<double>(j));
     };
     const auto product_without = [&](std::size_t left_out) {
       double product = 1.0;
-      for (std::size_t j = 0; j < N; ++j)
+      for (std::size_t j = 0; j < num_nodes; ++j)
         if (j != i && j != left_out) product *= factor(j);
       return product;
     };
@@ -39,7 +37,7 @@ std::array<double, N> weights_at(double place, bool is_derivative) {
       weights[i] = product_without(i);
       continue;
     }
-    for (std::size_t m = 0; m < N; ++m)
+    for (std::size_t m = 0; m < num_nodes; ++m)
       if (m != i)
         weights[i] += product_without(m) / (static_cast<double>(i) - static_cast<double>(m));
   }
@@ -93,14 +91,20 @@ InertialSamples InertialSamples::thinned() const {
   return half;
 }
 
+InertialSamples InertialSamples::of_lower_order() const {
+  InertialSamples other = *this;
+  other.num_nodes_ = 4;
+  return other;
+}
+
 InertialReading InertialSamples::at(double time_s) const {
   const double place = time_s * rate_hz_;
-  const auto most = static_cast<double>(samples_.size() - kNumNodes);
+  const auto most = static_cast<double>(samples_.size() - num_nodes_);
   const double first =
-      std::clamp(std::floor(place) - 0.5 * static_cast<double>(kNumNodes) + 1.0, 0.0, most);
-  const auto weights = weights_at<kNumNodes>(place - first, is_integrated_);
+      std::clamp(std::floor(place) - 0.5 * static_cast<double>(num_nodes_) + 1.0, 0.0, most);
+  const auto weights = weights_at(num_nodes_, place - first, is_integrated_);
   InertialReading reading{Vector3d::Zero(), Vector3d::Zero()};
-  for (std::size_t i = 0; i < kNumNodes; ++i) {
+  for (std::size_t i = 0; i < num_nodes_; ++i) {
     const InertialReading& node = samples_[static_cast<std::size_t>(first) + i];
     const double weight = weights[i] * (is_integrated_ ? rate_hz_ : 1.0);
     reading.turn_rate_radps += weight * node.turn_rate_radps;

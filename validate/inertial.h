@@ -32,16 +32,18 @@ class InertialSamples {
   double first_s() const { return 0.0; }
   double last_s() const { return static_cast<double>(samples_.size() - 1) / rate_hz_; }
   double step_s() const { return 1.0 / rate_hz_; }
-  bool are_enough() const { return samples_.size() >= kNumNodes + 1; }
+  bool are_enough() const { return samples_.size() > num_nodes_; }
   InertialReading at(double time_s) const;
   /// The same of every second sample.
   InertialSamples thinned() const;
+  /// By four of the samples about a time: where they jump, or bend, another function.
+  InertialSamples of_lower_order() const;
 
  private:
-  static constexpr std::size_t kNumNodes = 8;
   std::vector<InertialReading> samples_;  ///< of means: their sums times the step, 0 at time 0
   double rate_hz_;
   bool is_integrated_;
+  std::size_t num_nodes_ = 8;
 };
 
 /// A sensor in the Earth's axes, which turn with it.

@@ -170,9 +170,21 @@ JobRig tartan_rig(JobRig rig, bool is_v1) {
   return rig;
 }
 
-}  // namespace
+/// An inertial unit beside the cameras, somewhere on the rig.
+std::string draw_imu(Draws draws) {
+  return fmt::format(
+      "[[sensors]]\nname = \"imu\"\nkind = \"imu\"\nrate_hz = {}\nsampling = \"{}\"\n"
+      "offset_mm = [{:.1f}, {:.1f}, {:.1f}]\neuler_deg = [{:.2f}, {:.2f}, {:.2f}]\n"
+      "[sensors.gyroscope]\nnoise_radps_per_sqrt_hz = {:.3g}\nturn_on_radps = {:.3g}\n"
+      "[sensors.accelerometer]\nwalk_mps2_per_s_per_sqrt_hz = {:.3g}\nmarkov_mps2 = {:.3g}\n",
+      draws.among({50.0, 100.0, 200.0, 250.0, 400.0}), draws.among({"instant", "integrated"}),
+      draws.both_ways(2000.0), draws.both_ways(500.0), draws.both_ways(500.0),
+      draws.both_ways(180.0), draws.both_ways(90.0), draws.both_ways(180.0),
+      draws.log_between(1e-7, 1e-3), draws.log_between(1e-6, 1e-2), draws.log_between(1e-6, 1e-2),
+      draws.log_between(1e-6, 1e-1));
+}
 
-JobRig draw_rig(const std::string& name, Draws draws, const JobSize& size) {
+JobRig draw_cameras(const std::string& name, Draws draws, const JobSize& size) {
   enum Kind { kSingle, kPair, kSeveral, kFisheyes, kWide, kTartanAir, kTartanAirV1 };
   const int kind = draws.weighted({3.0, 4.0, 2.0, 1.0, 1.0, 0.6, 0.6});
   JobRig rig;
@@ -234,6 +246,16 @@ JobRig draw_rig(const std::string& name, Draws draws, const JobSize& size) {
                             keys + (draws.chance(0.7) ? shutter : "") + exposure);
   }
   rig.has_lenses_of_colmap = kind != kWide;
+  return rig;
+}
+
+}  // namespace
+
+JobRig draw_rig(const std::string& name, Draws draws, const JobSize& size) {
+  JobRig rig = draw_cameras(name, draws, size);
+  // A stream of its own: the cameras of a seed are what they were before there were such units.
+  Draws of_imu(draws.seed(), name + " imu");
+  if (of_imu.chance(0.3)) rig.text += draw_imu(of_imu);
   return rig;
 }
 

@@ -29,7 +29,8 @@ std::vector<CheckResult> results_of(const std::vector<DrawnCamera>& cameras, std
     camera.name = drawn.name;
     camera.intrinsics.width_px = 640;
     camera.intrinsics.height_px = 480;
-    camera.files.resize(kNumFrames, {.color = "image.png"});
+    camera.files.resize(kNumFrames);
+    for (FrameFiles& files : camera.files) files.color = "image.png";
   }
   SingleImages images(false);
   for (int frame = 0; frame < kNumFrames; ++frame) {
@@ -50,13 +51,15 @@ std::vector<CheckResult> results_of(const std::vector<DrawnCamera>& cameras, std
           matches.correlation.push_back(is_other ? draws.both_ways(0.3) : draws.between(0.5, 1.0));
           matches.own.push_back(draws.between(0.4, 0.8));
         }
-        const auto view = [&](int at) {
-          return View{.camera_index = static_cast<int>(i),
-                      .frame = at,
-                      .camera = &sequence.cameras[i],
-                      .sequence = &sequence};
+        const auto view_of = [&](int at) {
+          View view;
+          view.camera_index = static_cast<int>(i);
+          view.frame = at;
+          view.camera = &sequence.cameras[i];
+          view.sequence = &sequence;
+          return view;
         };
-        images.add({view(frame), view(next)}, matches);
+        images.add({view_of(frame), view_of(next)}, matches);
       }
     images.finish_before(frame - 2);
   }
