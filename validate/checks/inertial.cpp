@@ -25,6 +25,8 @@ using Eigen::Vector3d;
 
 /// Windows are so long at most: from there on what attitudes are rounded to outweighs.
 constexpr double kLongest_s = 10.0;
+/// In gravities, and in degrees a second: what is larger in all windows is not seen.
+constexpr double kWorthFinding = 0.01;
 /// Of each IMU, spread over the sequence.
 constexpr int kMostWindows = 20;
 
@@ -127,7 +129,7 @@ class InertialChecker : public Checker {
 
  private:
   static CheckResult result(const char* name, const Worst& worst) {
-    if (worst.where.empty() || !(worst.smallest < 1.0))
+    if (worst.where.empty() || !(worst.smallest < kWorthFinding))
       return unseen_result(
           name, "too few frames in a row, or too few samples for what moves between them");
     CheckResult result;
