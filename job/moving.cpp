@@ -175,7 +175,9 @@ scene::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo&
                            .origin_m = part.turning.origin_m,
                            .axis = part.turning.axis,
                            .rate_radps = part.turning.rate_radps,
-                           .per_metre_rad = part.turning.per_metre_rad});
+                           .per_metre_rad = part.turning.per_metre_rad,
+                           .swing_rad = part.turning.swing_rad,
+                           .phase_rad = part.turning.phase_rad});
   return thing;
 }
 

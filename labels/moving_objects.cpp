@@ -28,6 +28,25 @@ void extend_by_turning(const LoneShape& shape, const scene::TurningPart& part, g
   }
 }
 
+/// Around a part that swings, in its thing's frame: around the arcs that its corners go along. A corner's place along each
+/// axis is m + c cos(turn) + s sin(turn), greatest and least at the ends or at atan2(s, c), where that is within the swing.
+void extend_by_swinging(const LoneShape& shape, const scene::TurningPart& part, geo::Box3d& box) {
+  const Vector3d axis = part.axis.normalized();
+  for (const Vector3d& vertex : shape.vertices()) {
+    const Vector3d along = axis.dot(vertex) * axis;
+    const Vector3d across = vertex - along, aside = axis.cross(vertex);
+    const auto at = [&](double turn_rad) -> Vector3d {
+      return part.origin_m + along + std::cos(turn_rad) * across + std::sin(turn_rad) * aside;
+    };
+    for (const double end : {-part.swing_rad, part.swing_rad}) box.extend(at(end));
+    for (int k = 0; k < 3; ++k)
+      for (const double sign : {1.0, -1.0}) {
+        const double turn_rad = std::atan2(sign * aside[k], sign * across[k]);
+        if (std::abs(turn_rad) < part.swing_rad) box.extend(at(turn_rad));
+      }
+  }
+}
+
 /// Things that share a shape share what it is looked at with. Shapes are made when they are first asked for.
 class LoneShapes {
  public:
@@ -53,7 +72,10 @@ ShownObject object_of(const scene::MovingThing& thing, std::uint32_t instance_id
   for (const scene::TurningPart& part : thing.parts) {
     object.parts.push_back(
         {.shape = shapes.of(part.shape), .body = first_body + object.parts.size()});
-    extend_by_turning(*object.parts.back().shape, part, box);
+    if (part.swing_rad > 0.0)
+      extend_by_swinging(*object.parts.back().shape, part, box);
+    else
+      extend_by_turning(*object.parts.back().shape, part, box);
   }
   object.body_from_box.translation = box.center();
   object.label = {.instance_id = instance_id,

@@ -68,11 +68,15 @@ void append_moving(std::string& text, const SequencePlan& plan) {
   text += scene::text_of_shapes(plan.moving);
   for (const scene::MovingThing& thing : plan.moving) {
     text += fmt::format("rides {}\n", static_cast<int>(thing.ride));
+    if (thing.ride == scene::Ride::Rails) append_numbers(text, thing.footing_m.data(), 2);
     for (const scene::TurningPart& part : thing.parts) {
       append_numbers(text, part.origin_m.data(), 3);
       append_numbers(text, part.axis.data(), 3);
       for (const double value : {part.rate_radps, part.per_metre_rad})
         append_numbers(text, &value, 1);
+      if (part.swing_rad <= 0.0) continue;
+      text += "swings\n";
+      for (const double value : {part.swing_rad, part.phase_rad}) append_numbers(text, &value, 1);
     }
     append_numbers(text, thing.gone_m.data(), thing.gone_m.size());
     for (const std::optional<geo::BodyState>& state : thing.states) {

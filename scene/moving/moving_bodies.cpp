@@ -17,6 +17,7 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 /// Within this time the ground under a thing is taken for as it is: for its rates of climb and of turning.
@@ -82,6 +83,18 @@ void check_ride(const Vector3d& place, Ride ride, const world::RayQuery& query) 
          is_water ? "water" : "ground");
 }
 
+/// Of the rails that carry a wheel: on a bridge they lie on its deck, and are looked for a little to both sides.
+/// across   unit
+double rail_z(const Vector3d& place, const Vector3d& across, const world::RayQuery& query) {
+  double z = way_z(place, query);
+  if (z == surface_z(place, query)) return z;
+  constexpr double kProbe_m = 0.03;
+  constexpr int kProbes = 3;
+  for (int k = -kProbes; k <= kProbes; ++k)
+    if (k != 0) z = std::max(z, way_z(place + k * kProbe_m * across, query));
+  return z;
+}
+
 /// Axes of something whose z is up and whose x is as near as can be to `forward`.
 Eigen::Quaterniond upright(const Vector3d& up, const Vector3d& forward) {
   const Vector3d left = up.cross(forward).normalized();
@@ -102,11 +115,15 @@ geo::Rigid3d settled_pose(const geo::Rigid3d& wanted, Ride ride, double length_m
   const bool is_upright = length_m == 0.0 && width_m == 0.0;
   const auto foot = [&](double x_m, double y_m) -> Vector3d {
     Vector3d at = wanted.translation + level * Vector3d(x_m, y_m, 0.0);
-    at.z() = ride == Ride::Way ? way_z(at, query) : surface_z(at, query);
+    at.z() = ride == Ride::Rails ? rail_z(at, level * Vector3d::UnitY(), query)
+             : ride == Ride::Way ? way_z(at, query)
+                                 : surface_z(at, query);
     return at;
   };
   if (is_upright) return {level, foot(0.0, 0.0)};
-  const double x_m = 0.5 * kAxles * length_m, y_m = 0.5 * kTracks * width_m;
+  const bool is_on_rails = ride == Ride::Rails;
+  const double x_m = 0.5 * (is_on_rails ? 1.0 : kAxles) * length_m;
+  const double y_m = 0.5 * (is_on_rails ? 1.0 : kTracks) * width_m;
   const Vector3d front_left = foot(x_m, y_m), front_right = foot(x_m, -y_m);
   const Vector3d rear_left = foot(-x_m, y_m), rear_right = foot(-x_m, -y_m);
   // The plane that is as near as can be to four corners has these two slopes and goes through their middle.
@@ -151,6 +168,10 @@ std::string hash_of(const world::Shape& shape) {
 std::uint32_t num_triangles(const MovingShape& shape) {
   return static_cast<std::uint32_t>(shape.shown->shape.triangles.size());
 }
+
+/// Of swings, how even they are: between its ends the angle is asin(k sin(phase)) / asin(k) times the swing.
+/// 1 would be a zigzag.
+constexpr double kEvenness = 0.97;
 
 /// How far a thing goes forward after its frame's time, by Gauss' rule of three points.
 double way_forward_m(const geo::BodyState& thing, double offset_s) {
@@ -198,7 +219,8 @@ geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, 
   const geo::Rigid3d before = pose_at(-kSettle_s), after = pose_at(kSettle_s);
   geo::BodyState state = wanted;
   state.world_from_body = pose_at(0.0);
-  if (ride != Ride::Way) check_ride(state.world_from_body.translation, ride, query);
+  if (ride == Ride::Ground || ride == Ride::Water)
+    check_ride(state.world_from_body.translation, ride, query);
   state.velocity_world_mps.z() =
       (after.translation.z() - before.translation.z()) / (2.0 * kSettle_s);
   state.acceleration_world_mps2.z() = 0.0;
@@ -207,15 +229,26 @@ geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, 
   return state;
 }
 
+PartTurn turn_of_part(const TurningPart& part, double time_s, double gone_m, double forward_mps) {
+  const double phase_rad = part.phase_rad + part.rate_radps * time_s + part.per_metre_rad * gone_m;
+  const double phase_radps = part.rate_radps + part.per_metre_rad * forward_mps;
+  if (part.swing_rad <= 0.0) return {phase_rad, phase_radps};
+  const double sine = kEvenness * std::sin(phase_rad);
+  const double scale = part.swing_rad / std::asin(kEvenness);
+  return {scale * std::asin(sine),
+          scale * kEvenness * std::cos(phase_rad) / std::sqrt(1.0 - sine * sine) * phase_radps};
+}
+
 geo::BodyState state_of_part(const geo::BodyState& thing, const TurningPart& part, double gone_m) {
   const geo::Rigid3d& world_from_thing = thing.world_from_body;
   const Vector3d forward = world_from_thing.rotation * Vector3d::UnitX();
-  const double angle_rad = part.rate_radps * thing.time_s + part.per_metre_rad * gone_m;
-  const double rate_radps =
-      part.rate_radps + part.per_metre_rad * forward.dot(thing.velocity_world_mps);
+  const PartTurn turn =
+      turn_of_part(part, thing.time_s, gone_m, forward.dot(thing.velocity_world_mps));
+  const bool swings = part.swing_rad > 0.0;
+  const double rate_radps = turn.rate_radps;
   const geo::Rigid3d thing_from_part{
       Eigen::Quaterniond(
-          Eigen::AngleAxisd(std::remainder(angle_rad, 2.0 * std::numbers::pi), part.axis)),
+          Eigen::AngleAxisd(std::remainder(turn.angle_rad, 2.0 * std::numbers::pi), part.axis)),
       part.origin_m};
   // Of the origin of the part, which goes round with the thing.
   const Vector3d turning_world = world_from_thing.rotation * thing.angular_velocity_body_radps;
@@ -234,13 +267,17 @@ geo::BodyState state_of_part(const geo::BodyState& thing, const TurningPart& par
     state.terms = geo::fit_terms(
         state,
         [&](double offset_s) {
+          const double way_m = way_forward_m(thing, offset_s);
           const double turned_rad =
-              part.rate_radps * offset_s + part.per_metre_rad * way_forward_m(thing, offset_s);
+              swings ? turn_of_part(part, thing.time_s + offset_s, gone_m + way_m, 0.0).angle_rad -
+                           turn.angle_rad
+                     : part.rate_radps * offset_s + part.per_metre_rad * way_m;
           return thing.pose_after(offset_s) * thing_from_part *
                  geo::Rigid3d{.rotation = geo::rotation_of(turned_rad * part.axis),
                               .translation = Vector3d::Zero()};
         },
-        thing.terms.reach_s, rate_radps * part.axis);
+        thing.terms.reach_s,
+        swings ? Vector3d(Vector3d::Zero()) : Vector3d(rate_radps * part.axis));
     state.terms.error_m += thing.terms.error_m + part.origin_m.norm() * thing.terms.error_rad;
     state.terms.error_rad += thing.terms.error_rad;
   }
@@ -252,8 +289,9 @@ MovingBodies::MovingBodies(std::span<const MovingThing> things, const world::Ray
   const std::vector<BodyInfo> infos = list_bodies(things);
   auto info = infos.begin();
   for (const MovingThing& thing : things) {
-    const Vector3d size_m =
-        stands_upright(thing) ? Vector3d(Vector3d::Zero()) : info->box_m.sizes();
+    const Vector2d size_m = stands_upright(thing)       ? Vector2d(Vector2d::Zero())
+                            : thing.ride == Ride::Rails ? thing.footing_m
+                                                        : Vector2d(info->box_m.sizes().head<2>());
     Body body{.info = *info++, .shown = thing.shape.shown, .variety = thing.variety, .states = {}};
     std::vector<Body> parts;
     for (const TurningPart& part : thing.parts)

@@ -20,6 +20,7 @@ enum class Ride {
   Free,  ///< as its motion has it
   Ground,  ///< it stands on the ground with its four corners; of its motion place and course on the map count
   Way,  ///< as Ground; where a bridge's deck is about as high as its motion is there, it stands on that
+  Rails,  ///< as Way, on the places of its footing alone, and on bridges on the rails
   Water,  ///< it floats upright at the surface's height; likewise
 };
 
@@ -29,7 +30,7 @@ struct MovingShape {
   std::shared_ptr<const world::PrototypeLibrary::Shown> shown;
 };
 
-/// A part of a thing that turns about an axis.
+/// A part of a thing that turns about an axis, or swings to and fro about it.
 struct TurningPart {
   std::string name;   ///< "rotor1"
   MovingShape shape;  ///< its frame: that of the thing, about origin_m
@@ -37,7 +38,19 @@ struct TurningPart {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit
   double rate_radps = 0.0;                             ///< about the axis, as time goes
   double per_metre_rad = 0.0;  ///< and as the thing goes forward: a wheel's 1 / radius
+  /// Above 0: it swings so far to both sides, and what goes on at these rates is the swing's phase. Its angle is 0 at the
+  /// phases 0 and pi, grows at the first, and changes nearly evenly between its ends.
+  double swing_rad = 0.0;
+  double phase_rad = 0.0;  ///< at time 0, before the thing has gone anywhere
 };
+
+/// About the part's axis.
+/// rate_radps   of the angle, for a thing that goes forward at a speed
+struct PartTurn {
+  double angle_rad = 0.0;
+  double rate_radps = 0.0;
+};
+PartTurn turn_of_part(const TurningPart& part, double time_s, double gone_m, double forward_mps);
 
 /// A thing that moves through a sequence.
 struct MovingThing {
@@ -46,6 +59,8 @@ struct MovingThing {
   std::uint32_t semantic_id = 0;
   std::uint8_t variety = 0;
   Ride ride = Ride::Free;
+  /// Along and across, between the four places on which it stands, of what rides rails.
+  Eigen::Vector2d footing_m = Eigen::Vector2d::Zero();
   std::vector<TurningPart> parts;
   std::vector<std::optional<geo::BodyState>> states;  ///< one a frame; nothing: it is not there
   std::vector<double> gone_m;  ///< one a frame: how far it went forward on the map since time 0
@@ -100,7 +115,8 @@ class MovingBodies {
 std::string text_of_shapes(std::span<const MovingThing> things);
 
 /// Where something on the ground, or on water, is and how it moves, from where its motion would have it be.
-/// length_m, width_m   between the corners it stands on; 0 of both: it stands upright on its feet, as people do
+/// length_m, width_m   its own; 0 of both: it stands upright on its feet, as people do. On rails, between the places on
+///                     which it stands
 /// throws              Input: it is outside the world, in water that should ride the ground, or the other way round
 geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, double width_m,
                       const world::RayQuery& query, const geo::WorldFrame& frame);

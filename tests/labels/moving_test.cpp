@@ -268,6 +268,30 @@ TEST(MovingObjects, ThingsThatShareAShapeAreLookedAtWithOne) {
   EXPECT_GT(objects[2].label.box.half_size_m.y(), 4.0);
 }
 
+TEST(MovingObjects, BoxesHoldWhatSwingsAsFarAsItDoes) {
+  std::vector<scene::MovingThing> things = moving_things();
+  scene::TurningPart& part = things[0].parts.at(0);
+  part.rate_radps = 0.0;
+  part.axis = Vector3d(0.2, 1.0, -0.1).normalized();
+  part.per_metre_rad = 3.0;
+  for (const double swing_rad : {0.3, 1.2, 2.5}) {
+    part.swing_rad = swing_rad;
+    const auto objects = labels::moving_objects(things, std::vector<std::uint32_t>{kVan});
+    geo::Box3d box;
+    const auto add = [&](const scene::MovingShape& shape, const auto& placed) {
+      for (const Eigen::Vector3i& vertex : shape.shown->shape.vertices_steps)
+        box.extend(placed(vertex.cast<double>() * world::kHeightStep_m));
+    };
+    add(things[0].shape, [](const Vector3d& at) { return at; });
+    for (int k = -2000; k <= 2000; ++k)
+      add(part.shape, [&](const Vector3d& at) -> Vector3d {
+        return part.origin_m + Eigen::AngleAxisd(swing_rad * k / 2000.0, part.axis) * at;
+      });
+    EXPECT_LT((objects.at(0).label.box.half_size_m - 0.5 * box.sizes()).cwiseAbs().maxCoeff(), 1e-4)
+        << swing_rad;
+  }
+}
+
 TEST_F(MovingLabels, OtherThingsThanTheCapturesAreRefused) {
   std::vector<scene::MovingThing> others = things;
   others[1].name = "dog";

@@ -30,6 +30,9 @@ struct Turning {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit
   double rate_radps = 0.0;                             ///< about the axis, as time goes
   double per_metre_rad = 0.0;                          ///< as the thing goes forward
+  double swing_rad =
+      0.0;  ///< above 0: it swings so far to both sides, and these are rates of its phase
+  double phase_rad = 0.0;  ///< of the swing before the thing has gone anywhere
 };
 struct TurningShape {
   Turning turning;
