@@ -21,6 +21,7 @@ constexpr std::array kCocoNames = {
     CocoName{3, "car", "vehicle"},
     CocoName{5, "airplane", "vehicle"},
     CocoName{6, "bus", "vehicle"},
+    CocoName{7, "train", "vehicle"},
     CocoName{8, "truck", "vehicle"},
     CocoName{9, "boat", "vehicle"},
     CocoName{95, "bridge", "building"},

@@ -61,6 +61,8 @@ const char* kitti_type(SemanticClass semantic_class) {
       return "Truck";
     case SemanticClass::Person:
       return "Pedestrian";
+    case SemanticClass::Train:
+      return "Tram";
     case SemanticClass::Bus:
     case SemanticClass::Aircraft:
     case SemanticClass::Helicopter:
@@ -110,10 +112,10 @@ std::string box_text(const capture::ImageBox& box, const geo::CameraIntrinsics& 
 struct LabelText {
   std::string text;
   double largest_tilt_rad = 0.0;  ///< of a standing object's vertical axis against the frame's
-  std::array<std::int64_t, 6> num_of_type = {};
+  std::array<std::int64_t, 7> num_of_type = {};
 };
-constexpr std::array<const char*, 6> kTypes = {"Car",        "Van",  "Truck",
-                                               "Pedestrian", "Misc", "DontCare"};
+constexpr std::array<const char*, 7> kTypes = {"Car",  "Van",  "Truck",   "Pedestrian",
+                                               "Tram", "Misc", "DontCare"};
 
 /// A box as KITTI has them: upright in the levelled frame, turned about y alone.
 struct UprightBox {

@@ -36,8 +36,8 @@ bool flies(const tiler::ThingInfo& thing) {
 /// Whether it is of a kind that moves: no building, pole or tank.
 bool can_move(const tiler::ThingInfo& thing) {
   constexpr std::array kOnLandOrWater = {
-      SemanticClass::Person, SemanticClass::Car,  SemanticClass::Van, SemanticClass::Truck,
-      SemanticClass::Bus,    SemanticClass::Boat, SemanticClass::Ship};
+      SemanticClass::Person, SemanticClass::Car,   SemanticClass::Van,  SemanticClass::Truck,
+      SemanticClass::Bus,    SemanticClass::Train, SemanticClass::Boat, SemanticClass::Ship};
   return flies(thing) || std::find(kOnLandOrWater.begin(), kOnLandOrWater.end(),
                                    thing.semantic_class) != kOnLandOrWater.end();
 }
@@ -248,8 +248,9 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving, c
   MovingThings shapes;
   const auto add = [&](const geo::MotionOptions& options, double start_s, bool repeats,
                        const geo::TrajectoryContext& own, MovingThing thing) {
-    core::with_context([&] { set_motion(Course(options, start_s, repeats, own), frames, own.reach_s, thing); },
-                       fmt::format("laying out what moves, {}", thing.name));
+    core::with_context(
+        [&] { set_motion(Course(options, start_s, repeats, own), frames, own.reach_s, thing); },
+        fmt::format("laying out what moves, {}", thing.name));
     things.push_back(std::move(thing));
   };
   geo::TrajectoryContext of_things = context;

@@ -19,7 +19,14 @@ constexpr std::size_t kPartBytes = 42 + 2 * kPointBytes;
 /// No paving and no sidewalk is wider; the sums of such widths stay far within 32 bits.
 constexpr std::int32_t kWidest_steps = 1 << 18;
 static_assert(kWidest_steps * kHeightStep_m == 256.0);
-enum Flag : std::uint8_t { kForward = 1, kBackward = 2, kBridge = 4, kTunnel = 8, kAllFlags = 15 };
+enum Flag : std::uint8_t {
+  kForward = 1,
+  kBackward = 2,
+  kBridge = 4,
+  kTunnel = 8,
+  kSiding = 16,
+  kAllFlags = 31
+};
 
 void put_part(ByteWriter& out, const WayPart& part) {
   out.put(part.layer);
@@ -27,7 +34,8 @@ void put_part(ByteWriter& out, const WayPart& part) {
   out.put(static_cast<std::uint8_t>(part.kind));
   out.put(static_cast<std::uint8_t>(
       (part.may_go_forward ? kForward : 0) | (part.may_go_backward ? kBackward : 0) |
-      (part.is_bridge ? kBridge : 0) | (part.is_tunnel ? kTunnel : 0)));
+      (part.is_bridge ? kBridge : 0) | (part.is_tunnel ? kTunnel : 0) |
+      (part.is_siding ? kSiding : 0)));
   out.put(part.num_lanes);
   out.put(part.max_speed_kmph);
   for (const std::int32_t steps :
@@ -52,6 +60,7 @@ WayPart get_part(ByteReader& in, std::uint32_t num_nodes) {
   part.may_go_backward = (flags & kBackward) != 0;
   part.is_bridge = (flags & kBridge) != 0;
   part.is_tunnel = (flags & kTunnel) != 0;
+  part.is_siding = (flags & kSiding) != 0;
   part.num_lanes = in.get<std::uint8_t>();
   part.max_speed_kmph = in.get<std::uint16_t>();
   for (std::int32_t* steps : {&part.half_width_steps, &part.sidewalk_steps, &part.lanes_left_steps,

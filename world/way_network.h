@@ -11,7 +11,7 @@
 
 namespace terracast::world {
 
-/// What a way is for, as OpenStreetMap's `highway` has it.
+/// What a way is for, as OpenStreetMap's `highway`, or `railway`, has it.
 enum class WayKind : std::uint8_t {
   Motorway = 0,
   Trunk,
@@ -36,19 +36,28 @@ enum class WayKind : std::uint8_t {
   Path,
   Bridleway,
   Steps,
+  Rail,
+  LightRail,
+  Tram,
+  NarrowGauge,
+  Subway,
+  Preserved,
+  Funicular,
 };
-inline constexpr int kNumWayKinds = 23;
+inline constexpr int kNumWayKinds = 30;
+constexpr bool is_railway(WayKind kind) { return kind >= WayKind::Rail; }
 
 /// A part of a way between two places where ways meet or end, as it lies in the world, its corners rounded.
 struct WayPart {
   std::uint8_t layer = 0;     ///< row of WorldManifest::layers
   std::uint64_t feature = 0;  ///< of its source
   WayKind kind = WayKind::Residential;
-  bool may_go_forward = true;  ///< along its points; for vehicles
+  bool may_go_forward = true;  ///< along its points; for vehicles, or trains
   bool may_go_backward = true;
   bool is_bridge = false;
   bool is_tunnel = false;
-  std::uint8_t num_lanes = 1;        ///< of both directions
+  bool is_siding = false;            ///< a track of a yard, a siding, a spur or a crossover
+  std::uint8_t num_lanes = 1;        ///< of both directions; tracks of a railway
   std::uint16_t max_speed_kmph = 0;  ///< as its source says; 0: it does not
   /// Of the paving, and of a sidewalk beside it on both sides (0: there is none), in steps of kHeightStep_m.
   std::int32_t half_width_steps = 0;
@@ -75,7 +84,7 @@ struct WayNetwork {
   bool operator==(const WayNetwork&) const = default;
 };
 
-inline constexpr std::uint16_t kWayFileVersion = 1;
+inline constexpr std::uint16_t kWayFileVersion = 2;
 
 /// The file `ways.bin` of a world's folder: a header with a checksum, and the network, deflated, little-endian.
 std::vector<std::byte> encode_ways(const WayNetwork& network);

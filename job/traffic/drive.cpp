@@ -28,6 +28,7 @@ Drive::Drive(const PathCurve& curve, const DriveStyle& style) {
       speed = std::min(speed, most_mps);
     }
   }
+  hold_limits(style.length_m);
   for (std::size_t i = speeds_mps_.size() - 1; i-- > 0;)
     speeds_mps_[i] = std::min(speeds_mps_[i], std::sqrt(speeds_mps_[i + 1] * speeds_mps_[i + 1] +
                                                         2.0 * style.brake_mps2 * step_m_));
@@ -37,6 +38,15 @@ Drive::Drive(const PathCurve& curve, const DriveStyle& style) {
   times_s_ = {0.0};
   for (std::size_t i = 1; i < speeds_mps_.size(); ++i)
     times_s_.push_back(times_s_.back() + 2.0 * step_m_ / (speeds_mps_[i - 1] + speeds_mps_[i]));
+}
+
+void Drive::hold_limits(double length_m) {
+  const auto reach = static_cast<std::size_t>(std::ceil(length_m / step_m_));
+  if (reach == 0) return;
+  const std::vector<double> own = speeds_mps_;
+  for (std::size_t i = 0; i < own.size(); ++i)
+    for (std::size_t k = i - std::min(i, reach); k < i; ++k)
+      speeds_mps_[i] = std::min(speeds_mps_[i], own[k]);
 }
 
 double Drive::time_s(double at_m) const {

@@ -11,6 +11,8 @@ struct DriveStyle {
   double lateral_mps2 = 2.0;  ///< in bends
   double accelerate_mps2 = 1.2;
   double brake_mps2 = 1.8;
+  double length_m =
+      0.0;  ///< behind the place that is driven: limits hold until all of it has passed
 };
 
 /// The speed along a curve: v^2 is linear between places a metre apart. It is the same for all of one style on one curve,
@@ -31,6 +33,9 @@ class Drive {
   Progress at(double time_s) const;
 
  private:
+  /// No place is passed faster than those up to so far before it.
+  void hold_limits(double length_m);
+
   double step_m_ = 1.0;
   std::vector<double> speeds_mps_;  ///< at each step
   std::vector<double> times_s_;

@@ -84,6 +84,11 @@ bool follows(const Footprint& here, const Footprint& soon, const Footprint& ahea
   return (off - share * way).norm() < 0.5 * (here.width_m + ahead.width_m);
 }
 
+bool gives_way(const Traveller& one, const Traveller& other) {
+  if (one.goes_first() != other.goes_first()) return other.goes_first();
+  return one.key() > other.key();
+}
+
 }  // namespace
 
 bool meet(const Footprint& a, const Footprint& b) {
@@ -161,21 +166,21 @@ Encounters find_encounters(std::span<const Traveller* const> travellers,
         if (found.is_blocked[k] == 0) map.add(here[k], k);
       for (std::uint32_t k = 0; k < num; ++k) {
         if (found.is_blocked[k] != 0) continue;
-        const std::uint64_t key = travellers[k]->key();
         map.visit_near(here[k].at_world, reach_of(here[k]),
                        [&](const Footprint& other, std::uint32_t number) {
-                         if (travellers[number]->key() < key && meet(here[k], other))
+                         if (gives_way(*travellers[k], *travellers[number]) && meet(here[k], other))
                            found.gives_way[k] = 1;
                        });
         if (travellers[k]->headway_s() <= 0.0) continue;
         const Vector2d way = soon[k].at_world - here[k].at_world;
-        map.visit_near(here[k].at_world + 0.5 * way, 0.5 * way.norm() + here[k].width_m,
-                       [&](const Footprint& other, std::uint32_t number) {
-                         if (number == k || travellers[number]->headway_s() <= 0.0 ||
-                             !follows(here[k], soon[k], other))
-                           return;
-                         found.gives_way[key > travellers[number]->key() ? k : number] = 1;
-                       });
+        map.visit_near(
+            here[k].at_world + 0.5 * way, 0.5 * way.norm() + here[k].width_m,
+            [&](const Footprint& other, std::uint32_t number) {
+              if (number == k || travellers[number]->headway_s() <= 0.0 ||
+                  !follows(here[k], soon[k], other))
+                return;
+              found.gives_way[gives_way(*travellers[k], *travellers[number]) ? k : number] = 1;
+            });
       }
     });
   return found;

@@ -45,7 +45,10 @@ struct Obstacle {
 class Traveller {
  public:
   virtual ~Traveller() = default;
-  virtual std::uint64_t key() const = 0;  ///< whose is higher gives way
+  /// Whose is higher gives way; those of one key, as cars of a train, do not meet.
+  virtual std::uint64_t key() const = 0;
+  /// Whoever does not gives way to it.
+  virtual bool goes_first() const { return false; }
   virtual Footprint at(double time_s) const = 0;
   /// So long after another that goes before it in one line it is where that one was, from middle to middle, if both
   /// have headways; 0: it has none.

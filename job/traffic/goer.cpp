@@ -6,16 +6,8 @@
 #include "job/traffic/traffic.h"
 
 namespace terracast::job {
-namespace {
 
 using Eigen::Vector3d;
-
-/// Whoever comes so near to the world's border is not inside.
-constexpr double kBorder_m = 12.0;
-/// Where no deck is: what rides its way looks for none so low.
-constexpr double kNoDeck_m = -1e5;
-
-}  // namespace
 
 Goer::Goer(std::uint64_t key, const TrafficOptions& options, const Body& body, PathCurve curve,
            const DriveStyle& style, double start_m)
@@ -29,9 +21,10 @@ Goer::Goer(std::uint64_t key, const TrafficOptions& options, const Body& body, P
 
 Footprint Goer::at(double time_s) const {
   const PathCurve::Place place = curve_.at(drive_.at(start_s_ + time_s).at_m);
+  const Vector3d& size_m = body_.thing->size_m;
   return {.at_world = place.at_world,
           .forward = place.tangent,
-          .length_m = body_.thing->size_m.x(),
+          .length_m = size_m.x(),
           .width_m = body_.thing->size_m.y(),
           .deck_z_world = place.deck_z_world,
           .is_deck_end = place.is_deck_end};
@@ -67,11 +60,8 @@ double Goer::sharpest_per_m(double until_s) const {
 }
 
 bool Goer::is_inside(double half_size_m, double until_s) const {
-  const double end_m = drive_.at(start_s_ + until_s).at_m;
-  for (double at_m = start_m_;; at_m = std::min(at_m + 5.0, end_m)) {
-    if (curve_.at(at_m).at_world.cwiseAbs().maxCoeff() > half_size_m - kBorder_m) return false;
-    if (at_m >= end_m) return true;
-  }
+  return terracast::job::is_inside(curve_, start_m_, drive_.at(start_s_ + until_s).at_m,
+                                   half_size_m);
 }
 
 }  // namespace terracast::job

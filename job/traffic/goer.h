@@ -32,6 +32,10 @@ class Goer final : public Traveller {
   const TrafficOptions& options() const { return *options_; }
   const Body& body() const { return body_; }
   void take(const Body& body) { body_ = body; }
+  /// How near it comes to a place.
+  double distance_m(double time_s, const Eigen::Vector2d& at_world) const {
+    return (at(time_s).at_world - at_world).norm();
+  }
   double lasts_s() const { return drive_.duration_s() - start_s_; }
   double gone_m(double time_s) const { return drive_.at(start_s_ + time_s).at_m - start_m_; }
 

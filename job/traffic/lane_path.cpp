@@ -24,6 +24,9 @@ constexpr int kCurvePoints = 8;
 /// Something long is on a deck before its middle is.
 constexpr double kDeckReach_m = 8.0;
 
+/// Whoever comes so near to the world's border is not inside.
+constexpr double kBorder_m = 12.0;
+
 using Path = std::vector<PathPoint>;
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -202,6 +205,22 @@ std::vector<PathPoint> lane_path(const WayGraph& graph, std::span<const Leg> leg
   return path;
 }
 
+std::vector<PathPoint> cut_out(const std::vector<PathPoint>& path, double spacing_m, double lasts_s,
+                               double behind_m, double& start_m) {
+  constexpr double kBefore_m = 64.0;
+  constexpr double kBeyond_m = 64.0;
+  const double from_m =
+      kBefore_m * std::max(std::floor((start_m - behind_m) / kBefore_m) - 1.0, 0.0);
+  const auto first = static_cast<std::size_t>(std::lround(from_m / spacing_m));
+  auto end = std::min(path.size(), static_cast<std::size_t>((start_m + kBeyond_m) / spacing_m));
+  for (double left_s = lasts_s; left_s > 0.0 && end < path.size(); ++end)
+    left_s -= spacing_m / path[end].limit_mps;
+  start_m -= from_m + spacing_m;  // a curve begins at its second point
+  if (first >= end) return {};
+  return {path.begin() + static_cast<std::ptrdiff_t>(first),
+          path.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
 /// Of a segment, by its parameter.
 struct PathCurve::Local {
   Vector2d at;
@@ -259,6 +278,13 @@ PathCurve::Place PathCurve::at(double at_m) const {
           .limit_mps = std::min(a.limit_mps, b.limit_mps),
           .deck_z_world = between(a, b, u).deck_z_world,
           .is_deck_end = a.is_deck_end || b.is_deck_end};
+}
+
+bool is_inside(const PathCurve& curve, double from_m, double to_m, double half_size_m) {
+  for (double at_m = from_m;; at_m = std::min(at_m + 5.0, to_m)) {
+    if (curve.at(at_m).at_world.cwiseAbs().maxCoeff() > half_size_m - kBorder_m) return false;
+    if (at_m >= to_m) return true;
+  }
 }
 
 }  // namespace terracast::job

@@ -39,6 +39,13 @@ struct TurnRadii {
 std::vector<PathPoint> lane_path(const WayGraph& graph, std::span<const Leg> legs,
                                  const TurnRadii& radii, double spacing_m);
 
+/// What is needed of a path: from some way before a start, whose bends are still felt, for as long as it takes at least.
+/// Parts of one lane are cut at the same places.
+/// behind_m  of what is as long, behind the start
+/// start_m   along the path; afterwards along its curve
+std::vector<PathPoint> cut_out(const std::vector<PathPoint>& path, double spacing_m, double lasts_s,
+                               double behind_m, double& start_m);
+
 /// The uniform cubic B-spline of a path's points: curvature is continuous, and it keeps to the path within a sixth of
 /// how far its neighbours' middle is off each point. It begins at the second point and ends at the last but one.
 class PathCurve {
@@ -68,5 +75,11 @@ class PathCurve {
   std::vector<PathPoint> points_;
   std::vector<double> starts_m_;  ///< of each segment, and of what would follow the last
 };
+
+/// Whether all of a curve from one place to another stays clear of the border of a world's square.
+bool is_inside(const PathCurve& curve, double from_m, double to_m, double half_size_m);
+
+/// Where no deck is: what rides its way looks for none so low.
+inline constexpr double kNoDeck_m = -1e5;
 
 }  // namespace terracast::job

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "job/traffic/track_sides.h"
 
 namespace terracast::job {
 namespace {
@@ -21,6 +22,9 @@ constexpr double kStart_m = 4.0;
 /// Lanes for what is long are wider.
 constexpr double kWideLane_m = 2.7;
 constexpr double kLonger_s = kLeastGap_s + 0.5;
+/// Of all trains, so that all that others keep away from are looked at.
+constexpr double kMostHeadway_s = 120.0;
+constexpr double kLongestTrain_m = 400.0;
 /// Who is farther from another, and not behind it, does not meet it.
 constexpr double kMeet_m = 30.0;
 
@@ -164,6 +168,36 @@ void propose_walkers(const TrafficOptions& options, const WayGraph& graph, std::
                    });
 }
 
+/// like       all but its start and its track
+/// length_m   that trains have at most
+void propose_on_track(const TrainProposal& like, double length_m, const WayGraph& graph,
+                      const TrackSides& sides, std::uint32_t p, double duration_s,
+                      std::vector<TrainProposal>& proposals) {
+  const TrafficOptions& options = *like.options;
+  const WayPart& part = graph.parts()[p];
+  if (part.is_tunnel || part.is_siding) return;
+  const double least_m =
+      length_m + like.rail->headway_s * options.speed * speed_limit_kmph(part) / 3.6;
+  for (const bool is_forward : {true, false}) {
+    if (!sides.goes({p, is_forward})) continue;
+    for (int lane = 0; lane < num_lanes(part, is_forward); ++lane)
+      visit_starts(
+          graph.length_m(p), mean_gap_m(options.amount * like.rail->per_track_km, least_m), least_m,
+          static_cast<std::uint64_t>(options.seed),
+          core::stream_of(key_of(part), static_cast<std::uint64_t>(0x200 + 2 * lane + is_forward)),
+          [&](double at_m, std::uint64_t key) {
+            if (at_m < kStart_m) return;
+            TrainProposal proposal = like;
+            proposal.start = {.arm = {p, is_forward},
+                              .along_m = at_m,
+                              .key = key,
+                              .lasts_s = lasts_s(duration_s)};
+            proposal.lane = lane;
+            proposals.push_back(proposal);
+          });
+  }
+}
+
 }  // namespace
 
 double lasts_s(double duration_s) { return duration_s + kLonger_s; }
@@ -207,25 +241,32 @@ Walker draw_walker(const Proposal& proposal, const Body& body) {
 
 Reach reach_of_traffic(std::span<const TrafficOptions> options, double duration_s,
                        const WayGraph& graph) {
-  double fastest_kmph = 0.0;
+  double fastest_kmph = 0.0, fastest_rail_kmph = 0.0;
   for (const WayPart& part : graph.parts())
-    if (num_lanes(part, true) + num_lanes(part, false) > 0)
-      fastest_kmph = std::max(fastest_kmph, speed_limit_kmph(part));
-  double seen_m = 0.0, drive_mps = 0.0, walk_mps = 0.0;
+    if (num_lanes(part, true) + num_lanes(part, false) > 0) {
+      double& fastest = world::is_railway(part.kind) ? fastest_rail_kmph : fastest_kmph;
+      fastest = std::max(fastest, speed_limit_kmph(part));
+    }
+  double seen_m = 0.0, drive_mps = 0.0, walk_mps = 0.0, rail_mps = 0.0;
   for (const TrafficOptions& one : options) {
     seen_m = std::max(seen_m, one.reach_m);
     if (one.is_of_people())
       walk_mps = std::max(walk_mps, one.speed * (kWalk_mps + 3.0 * kWalkDeviation_mps));
+    else if (one.is_of_trains())
+      rail_mps = std::max(rail_mps, one.speed * fastest_rail_kmph / 3.6);
     else
       drive_mps = std::max(drive_mps, one.speed * fastest_kmph / 3.6);
   }
-  const double fastest_mps = std::max(drive_mps, walk_mps);
+  const double fastest_mps = std::max({drive_mps, walk_mps, rail_mps});
   // Where somebody who is seen may have been, and what is in the way there.
   const double meets_m =
       seen_m + fastest_mps * lasts_s(duration_s) + fastest_mps * kLeastGap_s + kMeet_m;
-  return {.of_vehicles_m = meets_m + drive_mps * lasts_s(duration_s),
-          .of_people_m = meets_m + walk_mps * lasts_s(duration_s),
-          .of_all_m = meets_m + fastest_mps * lasts_s(duration_s) + kMeet_m};
+  return {
+      .of_vehicles_m = meets_m + drive_mps * lasts_s(duration_s),
+      .of_people_m = meets_m + walk_mps * lasts_s(duration_s),
+      .of_trains_m = meets_m + rail_mps * (lasts_s(duration_s) + kMostHeadway_s) + kLongestTrain_m,
+      .of_all_m = meets_m + fastest_mps * lasts_s(duration_s) + kMeet_m +
+                  (rail_mps > 0.0 ? kLongestTrain_m : 0.0)};
 }
 
 std::vector<Proposal> propose(std::span<const TrafficOptions> options,
@@ -235,7 +276,7 @@ std::vector<Proposal> propose(std::span<const TrafficOptions> options,
   const Neighbourhood neighbourhood(frames);
   std::vector<Proposal> proposals;
   for (const TrafficOptions& one : options)
-    for (std::uint32_t p = 0; p < graph.parts().size(); ++p) {
+    for (std::uint32_t p = 0; p < graph.parts().size() && !one.is_of_trains(); ++p) {
       const double reach_m = one.is_of_people() ? reach.of_people_m : reach.of_vehicles_m;
       if (!neighbourhood.is_near(graph.parts()[p], reach_m)) continue;
       if (one.is_of_people())
@@ -243,6 +284,27 @@ std::vector<Proposal> propose(std::span<const TrafficOptions> options,
       else
         propose_vehicles(one, graph, p, duration_s, proposals);
     }
+  return proposals;
+}
+
+std::vector<TrainProposal> propose_trains(std::span<const TrafficOptions> options,
+                                          std::span<const geo::BodyState> frames, double duration_s,
+                                          const WayGraph& graph) {
+  const double reach_m = reach_of_traffic(options, duration_s, graph).of_trains_m;
+  const Neighbourhood neighbourhood(frames);
+  std::vector<TrainProposal> proposals;
+  for (const TrafficOptions& one : options) {
+    if (!one.is_of_trains()) continue;
+    const TrackSides sides(graph, one.drives_on_left);
+    for (const RailKind& rail : rail_kinds()) {
+      const std::vector<TrainRow> rows = rows_on(rail.kind, one.things);
+      if (rows.empty()) continue;
+      for (std::uint32_t p = 0; p < graph.parts().size(); ++p)
+        if (graph.parts()[p].kind == rail.kind && neighbourhood.is_near(graph.parts()[p], reach_m))
+          propose_on_track({.options = &one, .start = {}, .rail = &rail}, longest_m(rows), graph,
+                           sides, p, duration_s, proposals);
+    }
+  }
   return proposals;
 }
 

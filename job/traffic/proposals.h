@@ -6,6 +6,7 @@
 #include "job/traffic/goer.h"
 #include "job/traffic/routes.h"
 #include "job/traffic/traffic.h"
+#include "job/traffic/train_rows.h"
 #include "job/traffic/way_graph.h"
 #include "tiler/objects/vehicle_mix.h"
 
@@ -20,11 +21,20 @@ struct Proposal {
   const tiler::RoadTraffic* road = nullptr;
 };
 
+/// A train that may be made, by where its end is.
+struct TrainProposal {
+  const TrafficOptions* options = nullptr;
+  Start start;
+  int lane = 0;  ///< the track
+  const RailKind* rail = nullptr;
+};
+
 /// How far from the cameras one looks for whoever may be seen from them, may be in the way of these, or in the way of
 /// those. All who go begin there, and all that is in their way is there.
 struct Reach {
   double of_vehicles_m = 0.0;
   double of_people_m = 0.0;
+  double of_trains_m = 0.0;
   double of_all_m = 0.0;
 };
 Reach reach_of_traffic(std::span<const TrafficOptions> options, double duration_s,
@@ -35,6 +45,11 @@ Reach reach_of_traffic(std::span<const TrafficOptions> options, double duration_
 std::vector<Proposal> propose(std::span<const TrafficOptions> options,
                               std::span<const geo::BodyState> frames, double duration_s,
                               const WayGraph& graph);
+
+/// As propose(), of trains, on tracks that are no sidings.
+std::vector<TrainProposal> propose_trains(std::span<const TrafficOptions> options,
+                                          std::span<const geo::BodyState> frames, double duration_s,
+                                          const WayGraph& graph);
 
 /// What is longer takes wide lanes and gentle bends.
 inline constexpr double kLong_m = 7.0;

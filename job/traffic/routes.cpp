@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 
 #include "core/random.h"
 #include "tiler/objects/vehicle_mix.h"
@@ -26,6 +27,13 @@ constexpr double kMostTries = 400.0;
 constexpr double kTriesPerSecond = 40.0;
 /// At the end of a way the curve into the next one begins so far before it at most.
 constexpr double kRunOut_m = 20.0;
+/// Trains turn no sharper than this from one track into another, trams at corners of streets.
+constexpr double kTrainTurn_rad = 0.35;
+constexpr double kTramTurn_rad = 1.2;
+/// What turns by less goes straight on over a switch.
+constexpr double kSwitch_rad = 0.02;
+/// So much likelier a train keeps to the straight track, and off sidings.
+constexpr double kMainTrack = 8.0;
 /// Beside walkers.
 constexpr double kBody_m = 0.35;
 constexpr double kStepsShare = 0.6;  ///< of the speed on the level
@@ -115,6 +123,7 @@ std::vector<std::pair<double, Arm>> turns_after(const WayGraph& graph, const Arm
 }  // namespace
 
 bool is_road(WayKind kind) { return kind <= WayKind::Busway; }
+bool is_path(WayKind kind) { return !is_road(kind) && !world::is_railway(kind); }
 
 Route drive_route(const WayGraph& graph, const Start& start, int lane, double speed, bool on_left) {
   const auto options = [&](const Option& from) {
@@ -141,6 +150,33 @@ Route drive_route(const WayGraph& graph, const Start& start, int lane, double sp
       .from(option_of(graph, start.arm, lane, speed, on_left), start.along_m, start.lasts_s);
 }
 
+Route rail_route(const WayGraph& graph, const Start& start, int lane, double speed, bool on_left,
+                 double most_mps) {
+  const WayKind kind = graph.part(start.arm).kind;
+  const double most_turn_rad = kind == WayKind::Tram ? kTramTurn_rad : kTrainTurn_rad;
+  const auto option_on = [&](const Arm& arm, int track) {
+    Option option = option_of(graph, arm, track, speed, on_left);
+    option.leg.limit_mps = std::min(option.leg.limit_mps, most_mps);
+    return option;
+  };
+  const auto options = [&](const Option& from) {
+    std::vector<Option> found;
+    for (const auto& [turn_rad, arm] : turns_after(graph, from.leg.arm)) {
+      const WayPart& part = graph.part(arm);
+      const int num = num_lanes(part, arm.is_forward);
+      if (part.kind != kind || part.is_tunnel || num == 0 || std::abs(turn_rad) > most_turn_rad)
+        continue;
+      Option option = option_on(arm, std::min(from.lane, num - 1));
+      if (std::abs(turn_rad) < kSwitch_rad) option.weight *= kMainTrack;
+      if (!part.is_siding) option.weight *= kMainTrack;
+      found.push_back(option);
+    }
+    return found;
+  };
+  return Search(graph, start.key, options)
+      .from(option_on(start.arm, lane), start.along_m, start.lasts_s);
+}
+
 Route walk_route(const WayGraph& graph, const Start& start, const Walker& walker) {
   const auto step_on = [&](const Arm& arm) {
     const WayPart& part = graph.part(arm);
@@ -160,7 +196,7 @@ Route walk_route(const WayGraph& graph, const Start& start, const Walker& walker
     if (walker.side == 0) {
       for (const auto& [turn_rad, arm] : turns) {
         const WayPart& part = graph.part(arm);
-        if (is_road(part.kind) || part.is_tunnel || std::abs(turn_rad) > kMostTurn_rad) continue;
+        if (!is_path(part.kind) || part.is_tunnel || std::abs(turn_rad) > kMostTurn_rad) continue;
         found.push_back(step_on(arm));
         if (std::abs(turn_rad) < kTurn_rad) found.back().weight = kStraightOn;
       }

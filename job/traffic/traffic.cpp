@@ -1,12 +1,11 @@
 #include "job/traffic/traffic.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <set>
-#include <unordered_set>
 
 #include "capture/sequence_files.h"
 #include "core/error.h"
@@ -15,7 +14,10 @@
 #include "job/moving.h"
 #include "job/traffic/drive.h"
 #include "job/traffic/goer.h"
+#include "job/traffic/near.h"
 #include "job/traffic/proposals.h"
+#include "job/traffic/tally.h"
+#include "job/traffic/trains.h"
 #include "tiler/objects/things.h"
 
 namespace terracast::job {
@@ -27,38 +29,10 @@ using core::fail;
 /// Points of paths.
 constexpr double kVehiclePoints_m = 2.0;
 constexpr double kWalkerPoints_m = 1.0;
+/// From the middle of one rail's head to the other's.
+constexpr double kRails_m = 1.507;
 /// Of the length of what is long, that times the curvature of its way is no more.
 constexpr double kMostBend = 0.7;
-
-/// Why somebody is not made.
-enum class Unmade { WayEnds, GivenUp, LeavesWorld, TooLong };
-
-/// Why who was proposed is not there.
-struct Tally {
-  std::int64_t num_proposed = 0;
-  std::array<std::int64_t, 4> num_unmade = {};  ///< by Unmade
-  std::int64_t num_blocked = 0;
-  std::int64_t num_giving_way = 0;
-  std::int64_t num_beyond = 0;  ///< of `most`
-};
-
-/// What is needed of a path: from some way before the start, whose bends are still felt, for as long as it takes at least.
-/// Parts of one lane are cut at the same places.
-/// start_m   along the path; afterwards along its curve
-std::vector<PathPoint> cut_out(const std::vector<PathPoint>& path, double spacing_m, double lasts_s,
-                               double& start_m) {
-  constexpr double kBefore_m = 64.0;
-  constexpr double kBeyond_m = 64.0;
-  const double from_m = kBefore_m * std::max(std::floor(start_m / kBefore_m) - 1.0, 0.0);
-  const auto first = static_cast<std::size_t>(std::lround(from_m / spacing_m));
-  auto end = std::min(path.size(), static_cast<std::size_t>((start_m + kBeyond_m) / spacing_m));
-  for (double left_s = lasts_s; left_s > 0.0 && end < path.size(); ++end)
-    left_s -= spacing_m / path[end].limit_mps;
-  start_m -= from_m + spacing_m;  // a curve begins at its second point
-  if (first >= end) return {};
-  return {path.begin() + static_cast<std::ptrdiff_t>(first),
-          path.begin() + static_cast<std::ptrdiff_t>(end)};
-}
 
 struct Made {
   std::unique_ptr<Goer> goer;  ///< nullptr: there is none
@@ -72,7 +46,7 @@ Made made_on(const Proposal& proposal, const TrafficSite& site, double duration_
     return {.goer = nullptr, .why_not = route.is_given_up ? Unmade::GivenUp : Unmade::WayEnds};
   double start_m = proposal.start.along_m;
   std::vector<PathPoint> path = cut_out(lane_path(site.ways, route.legs, radii, spacing_m),
-                                        spacing_m, lasts_s(duration_s), start_m);
+                                        spacing_m, lasts_s(duration_s), 0.0, start_m);
   if (path.size() < 4) return {.goer = nullptr, .why_not = Unmade::WayEnds};
   auto goer = std::make_unique<Goer>(proposal.start.key, *proposal.options, body,
                                      PathCurve(std::move(path)), style, start_m);
@@ -119,13 +93,13 @@ std::vector<std::unique_ptr<Goer>> make_goers(const std::vector<Proposal>& propo
                                            ? make_walker(proposal, site, duration_s)
                                            : make_driver(proposal, site, duration_s);
   });
-  tally.num_proposed = static_cast<std::int64_t>(all.size());
+  tally.num_proposed += static_cast<std::int64_t>(all.size());
   std::vector<std::unique_ptr<Goer>> made;
   for (Made& one : all) {
     if (one.goer)
       made.push_back(std::move(one.goer));
     else
-      ++tally.num_unmade[static_cast<std::size_t>(one.why_not)];
+      tally.add(one.why_not);
   }
   std::sort(made.begin(), made.end(),
             [](const auto& a, const auto& b) { return a->key() < b->key(); });
@@ -136,119 +110,168 @@ std::vector<std::unique_ptr<Goer>> make_goers(const std::vector<Proposal>& propo
   return made;
 }
 
-void drop_encounters(std::vector<std::unique_ptr<Goer>>& goers, const TrafficSite& site,
-                     double duration_s, Tally& tally) {
+/// All that goes through a sequence.
+struct Going {
+  std::vector<std::unique_ptr<Goer>> goers;
+  std::vector<std::unique_ptr<Train>> trains;
+};
+
+void drop_encounters(Going& going, const TrafficSite& site, double duration_s, Tally& tally) {
   std::vector<const Traveller*> travellers;
-  for (const auto& goer : goers) travellers.push_back(goer.get());
+  for (const auto& goer : going.goers) travellers.push_back(goer.get());
+  for (const auto& train : going.trains)
+    for (const TrainCar& car : train->cars()) travellers.push_back(&car);
   const Encounters encounters =
       find_encounters(travellers, site.obstacles, site.standing, duration_s);
-  for (std::size_t i = 0; i < goers.size(); ++i) {
-    tally.num_blocked += encounters.is_blocked[i];
-    tally.num_giving_way += encounters.gives_way[i];
-    if (encounters.is_blocked[i] != 0 || encounters.gives_way[i] != 0) goers[i] = nullptr;
-  }
-  std::erase(goers, nullptr);
+  // One that has several cars is out with any of them.
+  std::size_t at = 0;
+  const auto is_out = [&](std::size_t num_cars) {
+    bool is_blocked = false, gives_way = false;
+    for (const std::size_t end = at + num_cars; at < end; ++at) {
+      is_blocked = is_blocked || encounters.is_blocked[at] != 0;
+      gives_way = gives_way || encounters.gives_way[at] != 0;
+    }
+    tally.num_blocked += is_blocked ? 1 : 0;
+    tally.num_giving_way += gives_way ? 1 : 0;
+    return is_blocked || gives_way;
+  };
+  for (auto& goer : going.goers)
+    if (is_out(1)) goer = nullptr;
+  for (auto& train : going.trains)
+    if (is_out(train->cars().size())) train = nullptr;
+  std::erase(going.goers, nullptr);
+  std::erase(going.trains, nullptr);
 }
 
-/// Of each entry's, those that come within reach of the cameras, the nearest of these.
-void keep_near(std::vector<std::unique_ptr<Goer>>& goers, std::span<const TrafficOptions> options,
-               std::span<const geo::BodyState> frames, Tally& tally) {
-  std::map<const TrafficOptions*, std::vector<std::pair<double, std::uint64_t>>> near;
-  for (const auto& goer : goers) {
-    double nearest_m = 1e300;
-    for (const geo::BodyState& frame : frames)
-      nearest_m = std::min(
-          nearest_m,
-          (goer->at(frame.time_s).at_world - frame.world_from_body.translation.head<2>()).norm());
-    if (nearest_m <= goer->options().reach_m)
-      near[&goer->options()].emplace_back(nearest_m, goer->key());
-  }
-  std::unordered_set<std::uint64_t> kept;
-  for (const TrafficOptions& one : options) {
-    auto& all = near[&one];
-    std::sort(all.begin(), all.end());
-    const auto most = std::min(all.size(), static_cast<std::size_t>(one.most));
-    tally.num_beyond += static_cast<std::int64_t>(all.size() - most);
-    for (std::size_t i = 0; i < most; ++i) kept.insert(all[i].second);
-  }
-  std::erase_if(goers, [&](const auto& goer) { return !kept.contains(goer->key()); });
+std::string name_of(const TrafficOptions& options, std::uint64_t key) {
+  const std::string_view own = options.is_of_people()   ? "walker"
+                               : options.is_of_trains() ? "train"
+                                                        : "vehicle";
+  return fmt::format("{}-{:016x}", options.name.empty() ? own : options.name, key);
 }
 
-std::string name_of(const Goer& goer) {
-  const TrafficOptions& options = goer.options();
-  const std::string_view own = options.is_of_people() ? "walker" : "vehicle";
-  return fmt::format("{}-{:016x}", options.name.empty() ? own : options.name, goer.key());
+/// frames   of the sequence
+scene::MovingThing thing_of(const Goer& goer, std::span<const geo::BodyState> frames,
+                            double reach_s, MovingThings& shapes) {
+  const Body& body = goer.body();
+  scene::MovingThing thing =
+      shapes.of(name_of(goer.options(), goer.key()), *body.thing, body.variant);
+  thing.ride = scene::Ride::Way;
+  for (const geo::BodyState& frame : frames) {
+    thing.states.push_back(goer.state(frame.time_s));
+    thing.states.back()->terms.reach_s = reach_s;
+    thing.gone_m.push_back(goer.gone_m(frame.time_s));
+  }
+  return thing;
+}
+
+/// number   of the car, from 1 at its train's head
+scene::MovingThing thing_of(const Train& train, const TrainCar& car, std::size_t number,
+                            std::span<const geo::BodyState> frames, double reach_s,
+                            MovingThings& shapes) {
+  const Body& body = car.body();
+  scene::MovingThing thing =
+      shapes.of(fmt::format("{}-{}", name_of(train.options(), train.key()), number), *body.thing,
+                body.variant);
+  thing.ride = scene::Ride::Rails;
+  thing.footing_m = {body.thing->pivots_m, kRails_m};
+  for (const geo::BodyState& frame : frames) {
+    thing.states.push_back(car.state(frame.time_s));
+    thing.states.back()->terms.reach_s = reach_s;
+    thing.gone_m.push_back(train.gone_m(frame.time_s));
+  }
+  return thing;
 }
 
 void tell(std::size_t num, const Tally& tally, const core::Log& log) {
-  const auto unmade = [&](Unmade why) { return tally.num_unmade[static_cast<std::size_t>(why)]; };
   const std::string left_out = fmt::format(
       "of {} proposed on ways around, {} have no way that lasts through the sequence ({} more: "
       "none was found soon), {} would leave the world, {} are too long for their lanes or bends, "
       "{} would meet what stands or moves there, {} each other, {} are beyond `most`",
-      tally.num_proposed, unmade(Unmade::WayEnds), unmade(Unmade::GivenUp),
-      unmade(Unmade::LeavesWorld), unmade(Unmade::TooLong), tally.num_blocked, tally.num_giving_way,
-      tally.num_beyond);
+      tally.num_proposed, tally.of(Unmade::WayEnds), tally.of(Unmade::GivenUp),
+      tally.of(Unmade::LeavesWorld), tally.of(Unmade::TooLong), tally.num_blocked,
+      tally.num_giving_way, tally.num_beyond);
   if (num == 0)
     log.warn("traffic: nothing is within reach of the cameras: {}", left_out);
   else
     log.info("traffic: {} within reach of the cameras; {}", num, left_out);
 }
 
-bool goes_as(const tiler::ThingInfo& thing, bool is_of_people) {
+bool goes_as(const tiler::ThingInfo& thing, const TrafficOptions& options) {
   using core::SemanticClass;
   constexpr double kLongest_m = 25.0;
+  if (options.is_of_trains()) return thing.semantic_class == SemanticClass::Train;
   if (thing.stance != tiler::Stance::Stands || thing.size_m.x() > kLongest_m) return false;
-  if (is_of_people) return thing.semantic_class == SemanticClass::Person;
+  if (options.is_of_people()) return thing.semantic_class == SemanticClass::Person;
   constexpr SemanticClass kOfRoads[] = {SemanticClass::Car, SemanticClass::Van,
                                         SemanticClass::Truck, SemanticClass::Bus};
   return std::find(std::begin(kOfRoads), std::end(kOfRoads), thing.semantic_class) !=
          std::end(kOfRoads);
 }
 
+/// Whether there is a kind of train of these things, or of any where there are none.
+bool makes_trains(std::span<const std::string> things) {
+  return std::any_of(rail_kinds().begin(), rail_kinds().end(),
+                     [&](const RailKind& rail) { return !rows_on(rail.kind, things).empty(); });
+}
+
 }  // namespace
 
 void TrafficOptions::describe(core::SchemaVisitor& visit) {
   visit.key("kind", kind,
-            "vehicles: on roads. people: on paths and sidewalks. Both keep to the world's own.",
-            core::one_of({"people", "vehicles"}));
-  visit.key("name", name, "With what the names of its bodies begin; empty: vehicle, walker.");
+            "vehicles: on roads. people: on paths and sidewalks. trains: on railways, trams among "
+            "them. All keep to the world's own.",
+            core::one_of({"people", "trains", "vehicles"}));
+  visit.key("name", name,
+            "With what the names of its bodies begin; empty: vehicle, walker, train.");
   visit.key("seed", seed, "Another seed is other traffic. Entries of one kind need different ones.",
             core::between(0.0, 9e15));
-  visit.key("amount", amount,
-            "How much there is, of what each class of ways has by day (vehicles: 10 on a lane's km "
-            "of a motorway, 1.2 of a residential street; people: 12 on a km of a main street's "
-            "sidewalk).",
-            core::between(0.01, 20.0));
-  visit.key("speed", speed, "Times the speed that is allowed, of people that at which they walk.",
+  visit.key(
+      "amount", amount,
+      "How much there is, of what each class of ways has by day (vehicles: 10 on a lane's km "
+      "of a motorway, 1.2 of a residential street; people: 12 on a km of a main street's "
+      "sidewalk; trains: 0.05 on a track's km of a railway, 0.4 of a tramway).",
+      core::between(0.01, 20.0));
+  visit.key("speed", speed,
+            "Times the speed that is allowed, of people that at which they walk.",
             core::between(0.1, 2.0));
   visit.key("things", things,
             "Of which built-in things it is made, evenly: cars, vans, trucks and buses, or people; "
-            "what is longer than 7 m goes on wide lanes only. Empty: of what is common there.");
-  visit.key("drives_on_left", drives_on_left, "Vehicles keep to the left.");
+            "what is longer than 7 m goes on wide lanes only. Of trains: only those whose cars are "
+            "all among these. Empty: of what is common there.");
+  visit.key("drives_on_left", drives_on_left,
+            "Vehicles keep to the left, and trains to the left of two tracks.");
   visit.key("reach_m", reach_m,
             "Who comes so near to a camera's place, on the map, is there through the whole "
             "sequence.",
             core::between(10.0, 5000.0));
-  visit.key("most", most, "No more in a sequence: those that come nearest.",
+  visit.key("most", most,
+            "No more in a sequence, of trains with all their cars: those that come nearest.",
             core::between(1.0, 5000.0));
 }
 
 void TrafficOptions::validate() const {
-  constexpr std::size_t kLongestName = 40;
-  if (!name.empty() && (!capture::is_safe_name(name) || name.size() > kLongestName))
+  // Behind it come a key, and of trains numbers of cars.
+  const std::size_t longest_name = is_of_trains() ? 36 : 40;
+  if (!name.empty() && (!capture::is_safe_name(name) || name.size() > longest_name))
     fail(ErrorKind::Config, "name = \"{}\" of traffic: it takes 1 to {} letters, digits, _ or -",
-         name, kLongestName);
+         name, longest_name);
   for (const std::string& thing : things) {
     const tiler::ThingInfo& info = thing_called(thing);
-    if (!goes_as(info, is_of_people()))
+    if (!goes_as(info, *this))
       fail(ErrorKind::Config,
            "things of traffic of kind {}: {} is none of these: it takes {} (`terracast list "
            "things`)",
            kind, thing,
-           is_of_people() ? "things of class person"
-                          : "things of classes car, van, truck and bus, at most 25 m long");
+           is_of_people()   ? "things of class person"
+           : is_of_trains() ? "things of class train"
+                            : "things of classes car, van, truck and bus, at most 25 m long");
   }
+  if (is_of_trains() && !makes_trains(things))
+    fail(ErrorKind::Config,
+         "things of traffic of kind trains: of {} alone no train is made; locomotives go with "
+         "passenger_coach or container_wagon, and these with a locomotive",
+         fmt::join(things, ", "));
 }
 
 void check_traffic(std::span<const TrafficOptions> traffic) {
@@ -265,24 +288,24 @@ std::vector<scene::MovingThing> lay_out_traffic(std::span<const TrafficOptions> 
                                                 double duration_s, const TrafficSite& site,
                                                 const core::Log& log) {
   Tally tally;
-  const std::vector<Proposal> proposals = propose(options, frames, duration_s, site.ways);
-  std::vector<std::unique_ptr<Goer>> goers = make_goers(proposals, site, duration_s, tally);
-  drop_encounters(goers, site, duration_s, tally);
-  keep_near(goers, options, frames, tally);
+  Going going;
+  going.goers =
+      make_goers(propose(options, frames, duration_s, site.ways), site, duration_s, tally);
+  going.trains =
+      make_trains(propose_trains(options, frames, duration_s, site.ways), site, duration_s, tally);
+  drop_encounters(going, site, duration_s, tally);
+  keep_near(going.goers, options, frames, tally);
+  keep_near(going.trains, options, frames, tally);
   MovingThings shapes;
   std::vector<scene::MovingThing> things;
-  for (const auto& goer : goers) {
-    const Body& body = goer->body();
-    scene::MovingThing thing = shapes.of(name_of(*goer), *body.thing, body.variant);
-    thing.ride = scene::Ride::Way;
-    for (const geo::BodyState& frame : frames) {
-      thing.states.push_back(goer->state(frame.time_s));
-      thing.states.back()->terms.reach_s = site.reach_s;
-      thing.gone_m.push_back(goer->gone_m(frame.time_s));
-    }
-    things.push_back(std::move(thing));
+  for (const auto& goer : going.goers)
+    things.push_back(thing_of(*goer, frames, site.reach_s, shapes));
+  for (const auto& train : going.trains) {
+    std::size_t number = 0;
+    for (const TrainCar& car : train->cars())
+      things.push_back(thing_of(*train, car, ++number, frames, site.reach_s, shapes));
   }
-  tell(things.size(), tally, log);
+  tell(going.goers.size() + going.trains.size(), tally, log);
   return things;
 }
 

@@ -14,7 +14,7 @@
 
 namespace terracast::job {
 
-/// Config `[[traffic]]`: what goes along the world's own roads and paths through every sequence.
+/// Config `[[traffic]]`: what goes along the world's own roads, paths and railways through every sequence.
 struct TrafficOptions {
   std::string kind = "vehicles";
   std::string name;  ///< "": the kind's
@@ -27,6 +27,7 @@ struct TrafficOptions {
   std::int64_t most = 100;
 
   bool is_of_people() const { return kind == "people"; }
+  bool is_of_trains() const { return kind == "trains"; }
   void describe(core::SchemaVisitor& visit);
   /// throws Config: no such thing, an amount of nothing, a name that is none
   void validate() const;
@@ -41,7 +42,7 @@ struct TrafficSite {
   double half_size_m = 0.0;         ///< of the world's square
   std::vector<Obstacle> obstacles;  ///< what else moves on the ground
   std::vector<Footprint> standing;  ///< vehicles and lamps of the world
-  double reach_s = 0.0;             ///< for so long before and after a frame's time things are looked at
+  double reach_s = 0.0;  ///< for so long before and after a frame's time things are looked at
 };
 
 /// Everything that goes along the world's ways within reach of a sequence's cameras, in no order but its own: the

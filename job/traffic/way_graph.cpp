@@ -33,7 +33,12 @@ constexpr Limit kLimits[] = {
     {WayKind::SecondaryLink, 50.0, 40.0}, {WayKind::TertiaryLink, 40.0, 40.0},
     {WayKind::Unclassified, 60.0, 40.0},  {WayKind::Road, 50.0, 40.0},
     {WayKind::Residential, 30.0, 30.0},   {WayKind::LivingStreet, 12.0, 12.0},
-    {WayKind::Service, 15.0, 15.0},       {WayKind::Busway, 50.0, 40.0}};
+    {WayKind::Service, 15.0, 15.0},       {WayKind::Busway, 50.0, 40.0},
+    {WayKind::Rail, 100.0, 100.0},        {WayKind::LightRail, 70.0, 70.0},
+    {WayKind::Tram, 40.0, 40.0},          {WayKind::NarrowGauge, 60.0, 60.0},
+    {WayKind::Subway, 70.0, 70.0}};
+/// Tracks on which trains do not run through.
+constexpr double kSiding_kmph = 40.0;
 
 Vector2d start_chord(const std::vector<Vector3d>& points) {
   for (const Vector3d& point : points) {
@@ -105,7 +110,8 @@ double lane_right_m(const WayPart& part, bool is_forward, int lane, bool on_left
   const double width_m = (left_m - right_m) / part.num_lanes;
   const double to_travel = is_forward ? -1.0 : 1.0;  // from across the line, to its left
   if (part.num_lanes == 1 && part.may_go_forward && part.may_go_backward) {
-    const double aside_m = width_m < kTwoAbreast_m ? 0.0 : 0.25 * width_m;
+    const bool has_room = width_m >= kTwoAbreast_m && !world::is_railway(part.kind);
+    const double aside_m = has_room ? 0.25 * width_m : 0.0;
     return to_travel * 0.5 * (left_m + right_m) + (on_left ? -aside_m : aside_m);
   }
   const bool from_right_edge = is_forward != on_left;  // of the line
@@ -116,6 +122,7 @@ double lane_right_m(const WayPart& part, bool is_forward, int lane, bool on_left
 
 double speed_limit_kmph(const WayPart& part) {
   if (part.max_speed_kmph > 0) return part.max_speed_kmph;
+  if (part.is_siding) return kSiding_kmph;
   for (const Limit& limit : kLimits)
     if (limit.kind == part.kind)
       return part.sidewalk_steps > 0 ? limit.town_kmph : limit.outside_kmph;

@@ -43,7 +43,7 @@ class WayGraph {
 };
 
 /// Of vehicles that go along a part in a direction: how many lanes there are, and how far the middle of one is to
-/// the right of the line, seen in that direction. Lane 0 is at the side on which one drives.
+/// the right of the line, seen in that direction. Lane 0 is at the side on which one drives. Tracks are lanes of trains.
 int num_lanes(const world::WayPart& part, bool is_forward);
 double lane_right_m(const world::WayPart& part, bool is_forward, int lane, bool on_left);
 

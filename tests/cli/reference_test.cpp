@@ -150,7 +150,8 @@ TEST(Reference, ThingsAreOfAllKindsThatAreAskedFor) {
               testing::IsSupersetOf({"car",         "van",    "truck", "bus",   "aircraft",
                                      "helicopter",  "ship",   "boat",  "pier",  "container",
                                      "warehouse",   "hangar", "crane", "pylon", "wind_turbine",
-                                     "street_lamp", "person", "drone", "bush",  "wall"}));
+                                     "street_lamp", "person", "drone", "bush",  "wall",
+                                     "train"}));
   EXPECT_THAT(names, testing::IsSupersetOf({"airliner", "light_aircraft", "container_ship", "ferry",
                                             "lighthouse", "control_tower", "water_tower", "chimney",
                                             "storage_tank", "silo", "radio_mast", "gantry_crane"}));

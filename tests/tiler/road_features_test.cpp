@@ -83,10 +83,21 @@ TEST(Roads, WaysOfTheWorldMeetWhereTheirSourcesDoAndLieWhereTheyAreDrawn) {
       {.number = 6,
        .points_world = {{-700, 60}, {-700, 200}},
        .tags = {{"highway", "service"}, {"access", "private"}}},
-      {.number = 7, .points_world = {{-640, -30}, {-700, -30}}, .tags = {{"railway", "rail"}}}};
+      {.number = 7,
+       .points_world = {{-640, -30}, {-700, -30}},
+       .tags = {{"railway", "rail"}, {"tracks", "2"}, {"maxspeed", "160"}}},
+      {.number = 8,
+       .points_world = {{-640, -90}, {-700, -90}},
+       .tags = {{"railway", "tram"}, {"service", "siding"}, {"oneway", "yes"}}},
+      {.number = 9,
+       .points_world = {{-640, -150}, {-700, -150}},
+       .tags = {{"railway", "funicular"}}},
+      {.number = 10,
+       .points_world = {{-640, -210}, {-700, -210}},
+       .tags = {{"aeroway", "taxiway"}}}};
   const RoadWorld world(hills(60.0), drawn);
   const world::WayNetwork ways = world.finished->layers().ways();
-  EXPECT_EQ(ways.parts.size(), 7u);  // the first way is two parts; rails are none
+  EXPECT_EQ(ways.parts.size(), 10u);  // the first way is two parts; taxiways are none
   std::map<std::uint64_t, std::vector<const world::WayPart*>> by_feature;
   for (const world::WayPart& part : ways.parts) {
     by_feature[part.feature].push_back(&part);
@@ -136,6 +147,19 @@ TEST(Roads, WaysOfTheWorldMeetWhereTheirSourcesDoAndLieWhereTheyAreDrawn) {
   EXPECT_LE(lanes_m, 10.5 - 2.5 - 0.5);
   EXPECT_GT(by_feature[5][0]->lanes_left_steps, -by_feature[5][0]->lanes_right_steps);
   EXPECT_FALSE(by_feature[6][0]->may_go_forward || by_feature[6][0]->may_go_backward);
+  // Two tracks 4.2 m apart lie evenly across their bed, as they are drawn.
+  const world::WayPart& rail = *by_feature[7][0];
+  EXPECT_EQ(rail.kind, world::WayKind::Rail);
+  EXPECT_EQ(rail.num_lanes, 2);
+  EXPECT_EQ(rail.max_speed_kmph, 160);
+  EXPECT_TRUE(rail.may_go_forward && rail.may_go_backward && !rail.is_siding);
+  EXPECT_EQ(rail.lanes_left_steps, rail.half_width_steps);
+  EXPECT_EQ(rail.lanes_right_steps, -rail.half_width_steps);
+  EXPECT_NEAR(rail.half_width_steps * kHeightStep_m, 4.2, 0.01);
+  EXPECT_EQ(by_feature[8][0]->kind, world::WayKind::Tram);
+  EXPECT_TRUE(by_feature[8][0]->is_siding);
+  EXPECT_TRUE(by_feature[8][0]->may_go_forward && !by_feature[8][0]->may_go_backward);
+  EXPECT_EQ(by_feature[9][0]->kind, world::WayKind::Funicular);
   // On the bridge each point lies on the deck: on a triangle of its asphalt.
   const world::WayPart& bridge = *by_feature[3][0];
   EXPECT_TRUE(bridge.is_bridge);

@@ -23,6 +23,7 @@ WayNetwork some_ways() {
                  .may_go_backward = k % 5 != 0,
                  .is_bridge = k % 7 == 0,
                  .is_tunnel = k % 11 == 0,
+                 .is_siding = k % 4 == 1,
                  .num_lanes = static_cast<std::uint8_t>(1 + k % 8),
                  .max_speed_kmph = static_cast<std::uint16_t>(10 * k),
                  .half_width_steps = draw(0, 1000, 9000),

@@ -39,7 +39,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 14;
+constexpr int kRoadsVersion = 15;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
 

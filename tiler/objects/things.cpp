@@ -25,6 +25,7 @@
   X(ships)                          \
   X(tanks)                          \
   X(towers)                         \
+  X(trains)                         \
   X(trucks)                         \
   X(wind_turbines)
 

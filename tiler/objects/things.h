@@ -28,6 +28,7 @@ struct ThingInfo {
   /// Length, width and height above z = 0 of the finest level's box.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   std::string_view source;  ///< of the sizes
+  double pivots_m = 0.0;    ///< of cars of trains: from the pivot of one bogie to that of the other
   /// Of the tiles on which its levels of detail are shown, finest first.
   std::vector<int> coarsest_levels;
   int num_variants = 1;  ///< colours

@@ -29,7 +29,7 @@ inline constexpr auto kRoadTags = std::to_array<TagRule>({
      "viaduct|aqueduct|boardwalk|cantilever|covered|low_water_crossing|movable|trestle|arch|swing|"
      "suspension|simple"},
     {"layer", TagValue::Level, "the order of bridges above each other"},
-    {"maxspeed", TagValue::Speed, "speed of traffic, 3 to 250 km/h"},
+    {"maxspeed", TagValue::Speed, "speed of traffic and trains, 3 to 250 km/h"},
     {"access", TagValue::Word, "whether there is traffic", {}, is_access_word},
     {"vehicle", TagValue::Word, "whether there is traffic", {}, is_access_word},
     {"motor_vehicle", TagValue::Word, "whether there is traffic", {}, is_access_word},
@@ -39,7 +39,7 @@ inline constexpr auto kRoadTags = std::to_array<TagRule>({
     {"lanes", TagValue::Count,
      "lanes of both directions; of several the middle, from which parts of one widen it"},
     {"tracks", TagValue::Count, "tracks of a railway"},
-    {"service", TagValue::Word, "how wide a service road is"},
+    {"service", TagValue::Word, "how wide a service road is; which tracks are sidings"},
     {"width", TagValue::Length, "width of the paving; of several the middle"},
     {"sidewalk", TagValue::Word, "whether there are sidewalks", {}, is_sidewalk_word},
     {"sidewalk:both", TagValue::Word, "whether there are sidewalks", {}, is_sidewalk_word},

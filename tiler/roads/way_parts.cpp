@@ -30,7 +30,10 @@ void set_lanes(const WayStyle& style, world::WayPart& part) {
   const double half_m = style.half_width_m;
   double left_m = std::min(half_m, 0.5 * style.num_lanes * style.lane_m);
   double right_m = -left_m;
-  if (style.marking == Marking::Lanes || style.marking == Marking::Center) {
+  if (style.marking == Marking::Rails) {
+    left_m = half_m;  // tracks lie evenly across the whole bed
+    right_m = -half_m;
+  } else if (style.marking == Marking::Lanes || style.marking == Marking::Center) {
     left_m = half_m - kEdge_m;
     right_m = -left_m;
   } else if (style.marking == Marking::Motorway) {
@@ -51,11 +54,13 @@ world::WayPart part_like(const Way& way) {
   world::WayPart part;
   part.feature = way.feature;
   part.kind = style.kind;
-  const bool is_road = style.use == WayUse::Road && style.has_motor_traffic;
-  part.may_go_forward = is_road && !(style.is_oneway && style.is_against);
-  part.may_go_backward = is_road && (!style.is_oneway || style.is_against);
+  const bool has_traffic =
+      style.use == WayUse::Railway || (style.use == WayUse::Road && style.has_motor_traffic);
+  part.may_go_forward = has_traffic && !(style.is_oneway && style.is_against);
+  part.may_go_backward = has_traffic && (!style.is_oneway || style.is_against);
   part.is_bridge = style.is_bridge;
   part.is_tunnel = style.is_tunnel;
+  part.is_siding = style.is_siding;
   part.num_lanes = static_cast<std::uint8_t>(style.num_lanes);
   part.max_speed_kmph = static_cast<std::uint16_t>(style.max_speed_kmph);
   part.half_width_steps = steps_of(style.half_width_m);
@@ -117,7 +122,7 @@ void WayParts::add(const RoadNetwork& network, const RoadHeights* heights,
     const Line& line = network.lines()[l];
     for (const Span& span : line.spans) {
       const WayStyle& style = network.style(span);
-      if (style.use != WayUse::Road && style.use != WayUse::Path) continue;
+      if (style.use == WayUse::Airfield) continue;
       double from_m = line.points[span.first_point].along_m;
       const double end_m = line.points[span.last_point].along_m;
       for (const auto& [gap_from_m, gap_to_m] : gaps[l]) {

@@ -11,7 +11,7 @@
 
 namespace terracast::tiler {
 
-/// The roads and paths of networks as a world keeps them for what moves along them. Ends of different networks
+/// The roads, paths and railways of networks as a world keeps them for what moves along them. Ends of different networks
 /// at one place (to 1 cm) are one node.
 class WayParts {
  public:

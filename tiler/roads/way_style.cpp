@@ -92,6 +92,13 @@ std::int16_t order_of(int base, int level) {
   return static_cast<std::int16_t>(base + 1000 * level);
 }
 
+/// usually_oneway   where tags say no more
+void set_direction(const RoadTags& tags, bool usually_oneway, WayStyle& style) {
+  const std::string_view oneway = tags.value("oneway");
+  style.is_against = oneway == "-1" || oneway == "reverse";
+  style.is_oneway = style.is_against || flag_from_tag(oneway).value_or(usually_oneway);
+}
+
 void describe_road(const RoadTags& tags, const RoadClass& road, WayStyle& style,
                    std::int64_t& num_repaired) {
   style.rank = road.rank;
@@ -110,12 +117,10 @@ void describe_road(const RoadTags& tags, const RoadClass& road, WayStyle& style,
   style.bend_m = road.bend_m;
   style.paving = paving_of(tags.value("surface"), Paving::Asphalt);
   style.marking = is_hard(style.paving) ? road.marking : Marking::None;
-  const std::string_view oneway = tags.value("oneway");
-  const std::optional<bool> oneway_flag = flag_from_tag(oneway);
-  style.is_against = oneway == "-1" || oneway == "reverse";
   const std::string_view junction = tags.value("junction");
   const bool is_round = junction == "roundabout" || junction == "circular";
-  style.is_oneway = style.is_against || is_round || oneway_flag.value_or(road.name == "motorway");
+  set_direction(tags, road.name == "motorway", style);
+  style.is_oneway = style.is_oneway || is_round;
   style.num_lanes = road.num_lanes;
   if (style.is_oneway && road.num_lanes == 2 && road.rank < 80) style.num_lanes = 1;
   // Parts of a lane widen a road, and are not painted.
@@ -213,11 +218,29 @@ bool describe_highway(const RoadTags& tags, std::string_view value, WayStyle& st
   return true;
 }
 
+std::optional<world::WayKind> railway_kind(std::string_view value) {
+  using world::WayKind;
+  constexpr std::array<std::pair<std::string_view, WayKind>, 7> kKinds = {
+      {{"rail", WayKind::Rail},
+       {"light_rail", WayKind::LightRail},
+       {"tram", WayKind::Tram},
+       {"narrow_gauge", WayKind::NarrowGauge},
+       {"subway", WayKind::Subway},
+       {"preserved", WayKind::Preserved},
+       {"funicular", WayKind::Funicular}}};
+  for (const auto& [name, kind] : kKinds)
+    if (name == value) return kind;
+  return std::nullopt;
+}
+
 bool describe_railway(const RoadTags& tags, std::string_view value, WayStyle& style) {
-  const bool is_rail = value == "rail" || value == "light_rail" || value == "narrow_gauge" ||
-                       value == "preserved" || value == "subway";
-  if (!is_rail && value != "tram" && value != "funicular") return false;
+  const std::optional<world::WayKind> kind = railway_kind(value);
+  if (!kind) return false;
   style.use = WayUse::Railway;
+  style.kind = *kind;
+  style.max_speed_kmph = max_speed_kmph(tags);
+  set_direction(tags, false, style);
+  style.is_siding = is_one_of(tags.value("service"), "yard|siding|spur|crossover");
   style.semantic_class = SemanticClass::Railway;
   style.paving = Paving::Ballast;
   style.marking = Marking::Rails;

@@ -24,11 +24,12 @@ struct WayStyle {
   int num_lanes = 1;                           ///< as world::Strip::num_lanes
   double lane_m = 3.0;                         ///< of a road's class
   int level = 0;                               ///< `layer`
-  world::WayKind kind = world::WayKind::Road;  ///< of roads and paths
+  world::WayKind kind = world::WayKind::Road;  ///< of roads, paths and railways
   int max_speed_kmph = 0;                      ///< 0: no tag says
   bool is_oneway = false;
   bool is_against = false;        ///< one-way, against the order of its points
   bool has_motor_traffic = true;  ///< of roads
+  bool is_siding = false;         ///< of railways: no track that trains run through on
   bool is_bridge = false;
   bool is_tunnel = false;
   bool is_shaped = true;     ///< the ground is cut and filled for it
