@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <set>
 
@@ -14,6 +15,7 @@
 #include "core/error.h"
 #include "core/registry.h"
 #include "sensors/moving_record.h"
+#include "tiler/objects/gait.h"
 
 namespace terracast::job {
 namespace {
@@ -295,6 +297,11 @@ std::vector<MovingThing> captured_things(const capture::SequenceInfo& info) {
            "sequence {} shows {}, a thing that this program does not know; render it again",
            info.name, body.thing);
     things.push_back(shapes.of(body.name, *thing, 0));  // variants differ in colour alone
+    // How fast someone walked is not known here: boxes hold the longest steps.
+    for (scene::TurningPart& part : things.back().parts)
+      if (part.swing_rad > 0.0)
+        part.swing_rad *=
+            tiler::longest_step_m(thing->size_m.z()) * part.per_metre_rad / std::numbers::pi;
   }
   return things;
 }

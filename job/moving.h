@@ -68,7 +68,8 @@ std::vector<scene::MovingThing> lay_out_moving(std::span<const MovingOptions> mo
                                                std::span<const geo::BodyState> frames,
                                                const geo::TrajectoryContext& context);
 
-/// All that moves through a sequence that was captured, without its motion. Things of one kind share their shapes.
+/// All that moves through a sequence that was captured, without its motion. Things of one kind share their shapes. What
+/// swings does so as far as such things ever do.
 /// throws   Input: a thing that this program does not know
 std::vector<scene::MovingThing> captured_things(const capture::SequenceInfo& info);
 

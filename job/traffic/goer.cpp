@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "job/traffic/traffic.h"
+#include "tiler/objects/gait.h"
 
 namespace terracast::job {
 
@@ -24,7 +25,7 @@ Footprint Goer::at(double time_s) const {
   const Vector3d& size_m = body_.thing->size_m;
   return {.at_world = place.at_world,
           .forward = place.tangent,
-          .length_m = size_m.x(),
+          .length_m = options_->is_of_people() ? tiler::kStepReach * size_m.z() : size_m.x(),
           .width_m = body_.thing->size_m.y(),
           .deck_z_world = place.deck_z_world,
           .is_deck_end = place.is_deck_end};

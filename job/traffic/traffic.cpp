@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <set>
 
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "core/semantic_class.h"
 #include "job/moving.h"
 #include "job/traffic/drive.h"
@@ -18,6 +20,7 @@
 #include "job/traffic/proposals.h"
 #include "job/traffic/tally.h"
 #include "job/traffic/trains.h"
+#include "tiler/objects/gait.h"
 #include "tiler/objects/things.h"
 
 namespace terracast::job {
@@ -143,6 +146,18 @@ void drop_encounters(Going& going, const TrafficSite& site, double duration_s, T
   std::erase(going.trains, nullptr);
 }
 
+/// Gives someone on foot the steps of their pace, which begin anywhere.
+void walk(const Goer& goer, scene::MovingThing& thing) {
+  const double step_m = tiler::step_length_m(goer.body().thing->size_m.z(), goer.pace_mps());
+  const double phase_rad = 2.0 * std::numbers::pi * core::random_unit(goer.key(), 5, 0);
+  for (scene::TurningPart& part : thing.parts) {
+    // Legs and arms swing as far as the steps are long.
+    part.swing_rad *= step_m * part.per_metre_rad / std::numbers::pi;
+    part.per_metre_rad = std::numbers::pi / step_m;
+    part.phase_rad += phase_rad;
+  }
+}
+
 std::string name_of(const TrafficOptions& options, std::uint64_t key) {
   const std::string_view own = options.is_of_people()   ? "walker"
                                : options.is_of_trains() ? "train"
@@ -157,6 +172,7 @@ scene::MovingThing thing_of(const Goer& goer, std::span<const geo::BodyState> fr
   scene::MovingThing thing =
       shapes.of(name_of(goer.options(), goer.key()), *body.thing, body.variant);
   thing.ride = scene::Ride::Way;
+  if (goer.options().is_of_people()) walk(goer, thing);
   for (const geo::BodyState& frame : frames) {
     thing.states.push_back(goer.state(frame.time_s));
     thing.states.back()->terms.reach_s = reach_s;

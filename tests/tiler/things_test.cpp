@@ -359,7 +359,10 @@ TEST(Things, WhatTurnsIsThePartThatIsMissing) {
       // Two wheels of a train on their axle reach from rail to rail.
       const bool is_wheelset = thing.semantic_class == core::SemanticClass::Train;
       EXPECT_LT(along_m, is_wheelset ? 0.83 : farthest_m);
-      if (part.turning.per_metre_rad != 0.0) {
+      if (part.turning.swing_rad > 0.0) {
+        EXPECT_EQ(part.turning.rate_radps, 0.0) << "legs stand still while nobody goes";
+        EXPECT_NEAR(std::sin(part.turning.phase_rad), 0.0, 1e-12) << "and are straight then";
+      } else if (part.turning.per_metre_rad != 0.0) {
         EXPECT_NEAR(farthest_m, 1.0 / part.turning.per_metre_rad, 0.01) << "a wheel's radius";
       }
     }
@@ -379,7 +382,7 @@ TEST(Things, WhatTurnsIsThePartThatIsMissing) {
   EXPECT_EQ(num_turning.at("hatchback"), 4U);
   EXPECT_EQ(num_turning.at("helicopter"), 2U);
   EXPECT_EQ(num_turning.at("quadcopter"), 4U);
-  EXPECT_EQ(num_turning.at("person"), 0U);
+  EXPECT_EQ(num_turning.at("person"), 4U);
   EXPECT_EQ(num_turning.at("tram"), 4U);
 }
 

@@ -1,10 +1,12 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <numbers>
 
+#include "tiler/objects/gait.h"
 #include "tiler/objects/things.h"
 
-// People, in the middle of a step.
+// People, who stand with straight legs; those that move swing legs and arms.
 namespace terracast::tiler {
 namespace {
 
@@ -27,11 +29,18 @@ constexpr std::array<Clothes, 6> kClothes = {
      {{214, 170, 52}, {66, 74, 96}, {212, 168, 136}, {92, 62, 40}},
      {{88, 86, 92}, {112, 98, 78}, {158, 110, 80}, {40, 36, 34}}}};
 
-/// A limb as a skin over round sections from one end to the other.
+/// A limb as a skin over level round sections, from the lowest to the highest.
+/// finishes   between each two of them
 void add_limb(ThingMesh& mesh, const std::vector<Vector3d>& joints,
-              const std::vector<double>& radii_m, int num_sides, FinishNumber finish) {
-  for (std::size_t i = 0; i + 1 < joints.size(); ++i)
-    mesh.cone(joints[i], joints[i + 1], radii_m[i], radii_m[i + 1], num_sides, finish, finish);
+              const std::vector<double>& radii_m, int num_sides,
+              const std::vector<FinishNumber>& finishes) {
+  std::vector<Ring> rings;
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    rings.push_back(ring_at(joints[i].z(),
+                            round_outline(radii_m[i], radii_m[i], num_sides, joints[i].head<2>())));
+  mesh.loft(
+      rings, [&](std::size_t ring, std::size_t) { return finishes[ring]; }, finishes.front(),
+      finishes.back());
 }
 
 /// Sections of a trunk: height, half its depth (x), half its width (y).
@@ -59,22 +68,36 @@ void build_person(ThingMesh& mesh, double size, int detail, int variant) {
     for (double& radius : radii) radius *= size;
     return radii;
   };
-  // The left leg steps forward, the right arm with it.
   for (const double side : {1.0, -1.0}) {
-    const double forward = side > 0.0 ? 1.0 : -1.0;
-    const double knee_x = forward > 0.0 ? 0.17 : -0.06;
-    const double foot_x = forward > 0.0 ? 0.24 : -0.27;
-    add_limb(
-        mesh,
-        {at(0.0, side * 0.09, 0.88), at(knee_x, side * 0.095, 0.48), at(foot_x, side * 0.09, 0.08)},
-        scaled({0.082, 0.062, 0.045}), num_sides, trousers);
-    mesh.box(at(foot_x - 0.07, side * 0.09 - 0.045, 0.0),
-             at(foot_x + 0.19, side * 0.09 + 0.045, 0.09), shoe);
-    const double elbow_x = -0.11 * forward, hand_x = -0.14 * forward + 0.1;
-    add_limb(mesh, {at(0.0, side * 0.20, 1.40), at(elbow_x, side * 0.225, 1.13)},
-             scaled({0.052, 0.043}), num_sides, top);
-    add_limb(mesh, {at(elbow_x, side * 0.225, 1.14), at(hand_x, side * 0.23, 0.88)},
-             scaled({0.042, 0.032}), num_sides, detail == 0 ? skin : top);
+    const double stature_m = size * kDrawnStature_m;
+    const double step_m = step_length_m(stature_m, usual_walk_mps(stature_m));
+    const auto swinging = [&](const char* name, const Vector3d& joint, double swing_rad,
+                              double phase_rad, const std::function<void()>& build) {
+      mesh.turning({.name = name,
+                    .origin_m = joint,
+                    .axis = Vector3d::UnitY(),
+                    .per_metre_rad = std::numbers::pi / step_m,
+                    .swing_rad = swing_rad,
+                    .phase_rad = phase_rad},
+                   build);
+    };
+    // One leg goes back while the other comes forward, each arm against the leg at its side.
+    const double leg_phase_rad = side > 0.0 ? 0.0 : std::numbers::pi;
+    swinging(
+        "leg", at(0.0, side * 0.09, 0.88), leg_swing_rad(stature_m, step_m), leg_phase_rad, [&] {
+          add_limb(mesh,
+                   {at(-0.01, side * 0.09, 0.05), at(0.0, side * 0.095, 0.48),
+                    at(0.0, side * 0.09, 0.90)},
+                   scaled({0.045, 0.062, 0.082}), num_sides, {trousers, trousers});
+          mesh.box(at(-0.09, side * 0.09 - 0.045, 0.0), at(0.15, side * 0.09 + 0.045, 0.09), shoe);
+        });
+    swinging("arm", at(0.0, side * 0.20, 1.40), arm_swing_rad(stature_m, step_m),
+             std::numbers::pi - leg_phase_rad, [&] {
+               add_limb(mesh,
+                        {at(0.05, side * 0.23, 0.86), at(-0.01, side * 0.225, 1.13),
+                         at(0.0, side * 0.20, 1.42)},
+                        scaled({0.032, 0.042, 0.052}), num_sides, {detail == 0 ? skin : top, top});
+             });
   }
   add_trunk(
       mesh,
@@ -100,7 +123,7 @@ ThingInfo person(std::string name, double size, std::string_view source) {
           .family = {},
           .semantic_class = SemanticClass::Person,
           .stance = Stance::Stands,
-          .size_m = size * Vector3d(0.77, 0.53, 1.75),
+          .size_m = size * Vector3d(0.275, 0.53, 1.75),
           .source = source,
           .coarsest_levels = {0, 1, 2},
           .num_variants = static_cast<int>(kClothes.size()),
