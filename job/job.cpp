@@ -94,12 +94,13 @@ void check_tracks(const RunConfig& config, std::span<const labels::SequenceOutli
     }
 }
 
-/// Traffic goes along the ways of a layer.
+/// Traffic goes along the ways of a layer, but for ships.
 void check_traffic(const RunConfig& config) {
   const auto& layers = config.world.layers;
-  if (config.traffic.empty() || std::any_of(layers.begin(), layers.end(), [](const auto& layer) {
-        return layer.kind == "roads";
-      }))
+  const bool is_of_ships = std::all_of(config.traffic.begin(), config.traffic.end(),
+                                       [](const auto& traffic) { return traffic.is_of_ships(); });
+  if (is_of_ships || std::any_of(layers.begin(), layers.end(),
+                                 [](const auto& layer) { return layer.kind == "roads"; }))
     return;
   fail(ErrorKind::Config,
        "the config asks for traffic, and its world has no ways: give it a layer of kind "

@@ -34,7 +34,9 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.list("rigs", rigs, "Cameras: rigs, of which a body carries one or several.");
   visit.list("trajectories", trajectories, "Motions of the body; each becomes a sequence.");
   visit.list("moving", moving, "Things that move through every sequence.");
-  visit.list("traffic", traffic, "Vehicles and people on the world's own roads and paths.");
+  visit.list(
+      "traffic", traffic,
+      "Vehicles, people, trains and ships on the world's own roads, paths, railways and water.");
   visit.section("conditions", conditions, "Light and air.");
   visit.section("facts", facts, "What the capture holds of each pixel.");
   visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");

@@ -18,6 +18,7 @@
 #include "job/traffic/goer.h"
 #include "job/traffic/near.h"
 #include "job/traffic/proposals.h"
+#include "job/traffic/ship_kinds.h"
 #include "job/traffic/tally.h"
 #include "job/traffic/trains.h"
 #include "tiler/objects/gait.h"
@@ -217,6 +218,9 @@ bool goes_as(const tiler::ThingInfo& thing, const TrafficOptions& options) {
   using core::SemanticClass;
   constexpr double kLongest_m = 25.0;
   if (options.is_of_trains()) return thing.semantic_class == SemanticClass::Train;
+  if (options.is_of_ships())
+    return std::any_of(ship_kinds().begin(), ship_kinds().end(),
+                       [&](const ShipKind& kind) { return kind.thing == thing.name; });
   if (thing.stance != tiler::Stance::Stands || thing.size_m.x() > kLongest_m) return false;
   if (options.is_of_people()) return thing.semantic_class == SemanticClass::Person;
   constexpr SemanticClass kOfRoads[] = {SemanticClass::Car, SemanticClass::Van,
@@ -236,25 +240,26 @@ bool makes_trains(std::span<const std::string> things) {
 void TrafficOptions::describe(core::SchemaVisitor& visit) {
   visit.key("kind", kind,
             "vehicles: on roads. people: on paths and sidewalks. trains: on railways, trams among "
-            "them. All keep to the world's own.",
-            core::one_of({"people", "trains", "vehicles"}));
+            "them. All keep to the world's own. ships: boats too, on open water, clear of shores.",
+            core::one_of({"people", "ships", "trains", "vehicles"}));
   visit.key("name", name,
-            "With what the names of its bodies begin; empty: vehicle, walker, train.");
+            "With what the names of its bodies begin; empty: vehicle, walker, train, ship.");
   visit.key("seed", seed, "Another seed is other traffic. Entries of one kind need different ones.",
             core::between(0.0, 9e15));
   visit.key(
       "amount", amount,
       "How much there is, of what each class of ways has by day (vehicles: 10 on a lane's km "
       "of a motorway, 1.2 of a residential street; people: 12 on a km of a main street's "
-      "sidewalk; trains: 0.05 on a track's km of a railway, 0.4 of a tramway).",
+      "sidewalk; trains: 0.05 on a track's km of a railway, 0.4 of a tramway; ships: 0.5 on a "
+      "square km of open water).",
       core::between(0.01, 20.0));
   visit.key("speed", speed,
-            "Times the speed that is allowed, of people that at which they walk.",
+            "Times the speed that is allowed, of people, boats and ships that at which they go.",
             core::between(0.1, 2.0));
   visit.key("things", things,
             "Of which built-in things it is made, evenly: cars, vans, trucks and buses, or people; "
             "what is longer than 7 m goes on wide lanes only. Of trains: only those whose cars are "
-            "all among these. Empty: of what is common there.");
+            "all among these; of ships: those, by their shares. Empty: of what is common there.");
   visit.key("drives_on_left", drives_on_left,
             "Vehicles keep to the left, and trains to the left of two tracks.");
   visit.key("reach_m", reach_m,
@@ -281,6 +286,7 @@ void TrafficOptions::validate() const {
            kind, thing,
            is_of_people()   ? "things of class person"
            : is_of_trains() ? "things of class train"
+           : is_of_ships()  ? fmt::format("{}", fmt::join(ship_names(), ", "))
                             : "things of classes car, van, truck and bus, at most 25 m long");
   }
   if (is_of_trains() && !makes_trains(things))

@@ -14,7 +14,8 @@
 
 namespace terracast::job {
 
-/// Config `[[traffic]]`: what goes along the world's own roads, paths and railways through every sequence.
+/// Config `[[traffic]]`: what goes along the world's own roads, paths and railways, and over its water, through every
+/// sequence.
 struct TrafficOptions {
   std::string kind = "vehicles";
   std::string name;  ///< "": the kind's
@@ -28,6 +29,7 @@ struct TrafficOptions {
 
   bool is_of_people() const { return kind == "people"; }
   bool is_of_trains() const { return kind == "trains"; }
+  bool is_of_ships() const { return kind == "ships"; }
   void describe(core::SchemaVisitor& visit);
   /// throws Config: no such thing, an amount of nothing, a name that is none
   void validate() const;
@@ -52,6 +54,7 @@ struct TrafficSite {
 /// that time: nothing comes or goes in view. It does not depend on the cameras:
 /// sequences of one duration and with the same obstacles see the same traffic at the same times, but that of each
 /// entry the `most` nearest to a sequence's own cameras are kept, which may be others than in another one.
+/// options      none of ships (lay_out_ships)
 /// site         within reach_of_traffic() of the frames; what is farther counts for nobody
 /// frames       the sequence's
 /// duration_s   of the longest of the sequences that see each other

@@ -10,7 +10,9 @@
 #include "core/semantic_class.h"
 #include "job/moving.h"
 #include "job/traffic/proposals.h"
+#include "job/traffic/ships.h"
 #include "job/traffic/traffic.h"
+#include "job/traffic/water_map.h"
 #include "sensors/moving_record.h"
 #include "world/instance_frame.h"
 
@@ -56,10 +58,16 @@ std::vector<geo::BodyState> looks(double duration_s) {
   return states;
 }
 
+/// What else moves.
+struct OthersThere {
+  std::vector<Obstacle> on_land;
+  std::vector<Obstacle> on_water;  ///< and low above it
+};
+
 /// Things of [[moving]] and all bodies that are shown in any sequence, by their own courses; and the body of this
 /// sequence, if it is shown in none.
-std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions& own,
-                                   const render::SequencePlan& plan, double duration_s) {
+OthersThere obstacles_of(const Job& job, const geo::TrajectoryOptions& own,
+                         const render::SequencePlan& plan, double duration_s) {
   const tiler::WorldSurface& ground = *job.ground;
   const geo::TrajectoryContext context{.frame = ground.frame(),
                                        .ground_height_m =
@@ -70,21 +78,24 @@ std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions&
                                        .log = nullptr,
                                        .half_size_m = 0.5 * job.config.world.size_m};
   const std::vector<double> half_sizes = half_sizes_m(job);
-  std::vector<Obstacle> obstacles;
+  OthersThere others;
   geo::TrajectoryOptions nobody;
   nobody.name.clear();  // no trajectory's
   for (const scene::MovingThing& thing :
        lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, nobody,
                       looks(duration_s), context)) {
-    if (thing.ride == scene::Ride::Water) continue;
     const Eigen::Vector3d& size_m = thing_called(thing.shape.thing).size_m;
-    obstacles.push_back(
-        obstacle_of(job, thing.states, thing.ride == scene::Ride::Ground, size_m.x(), size_m.y()));
+    const bool floats = thing.ride == scene::Ride::Water;
+    const bool is_on_ground = floats || thing.ride == scene::Ride::Ground;
+    const Obstacle obstacle = obstacle_of(job, thing.states, is_on_ground, size_m.x(), size_m.y());
+    others.on_water.push_back(obstacle);
+    if (!floats) others.on_land.push_back(obstacle);
   }
-  if (!own.shown_as.empty()) return obstacles;
+  if (!own.shown_as.empty()) return others;
   const std::vector<std::optional<geo::BodyState>> states(plan.states.begin(), plan.states.end());
-  obstacles.push_back(obstacle_of(job, states, false, kBodyLength_m, kBodyWidth_m));
-  return obstacles;
+  others.on_land.push_back(obstacle_of(job, states, false, kBodyLength_m, kBodyWidth_m));
+  others.on_water.push_back(others.on_land.back());
+  return others;
 }
 
 /// What each prototype takes up, about its place, that is a vehicle, or a lamp, of which the foot alone: who goes by
@@ -144,6 +155,27 @@ std::vector<Footprint> what_stands(const world::TileStore& store,
   return standing;
 }
 
+/// Places of all that stands in a world's water within reach of frames: things, and corners of what is built.
+std::vector<Vector2d> what_stands_in_water(const world::TileStore& store, WaterMap& water,
+                                           std::span<const geo::BodyState> frames, double reach_m) {
+  std::vector<Vector2d> standing;
+  const auto add = [&](const Vector2d& at_world) {
+    if (water.at(at_world).is_water) standing.push_back(at_world);
+  };
+  for (const world::TileInfo& info : store.manifest().tiles) {
+    if (info.objects_bytes == 0 || store.find(info.id.child(0)) != nullptr ||
+        !is_near(info.id, frames, reach_m))
+      continue;
+    const world::TileObjects objects = store.load(info.id).objects;
+    for (const world::Instance& instance : objects.instances)
+      add(instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m);
+    for (const world::Solid& solid : objects.solids)
+      for (const Eigen::Vector3i& vertex : solid.levels.front().shape.vertices_steps)
+        add((solid.origin_steps + vertex).head<2>().cast<double>() * world::kHeightStep_m);
+  }
+  return standing;
+}
+
 /// Of the sequence and of those that are seen in it: what they see is the same.
 double duration_s_of(const Job& job, const render::SequencePlan& plan) {
   double longest_s = plan.states.back().time_s;
@@ -157,29 +189,46 @@ double duration_s_of(const Job& job, const render::SequencePlan& plan) {
 
 void add_traffic(const Job& job, const world::TileStore& store, const core::Log& log,
                  render::SequencePlan& plan) {
-  const std::vector<TrafficOptions>& traffic = job.config.traffic;
-  if (traffic.empty() || plan.states.empty()) return;
-  world::WayNetwork network = store.load_ways();
-  if (network.parts.empty())
-    fail(ErrorKind::Input,
-         "{}: the config asks for traffic, and this world has no ways: give it a layer of kind "
-         "\"roads\", or leave out [[traffic]]",
-         store.folder().string());
+  if (job.config.traffic.empty() || plan.states.empty()) return;
+  std::vector<TrafficOptions> on_land, ships;
+  for (const TrafficOptions& one : job.config.traffic)
+    (one.is_of_ships() ? ships : on_land).push_back(one);
   const auto own = std::find_if(job.config.trajectories.begin(), job.config.trajectories.end(),
                                 [&](const auto& options) { return options.name == plan.name; });
   TERRACAST_CHECK(own != job.config.trajectories.end(), "no trajectory {}", plan.name);
   const double duration_s = duration_s_of(job, plan);
-  const WayGraph ways(std::move(network));
-  const TrafficSite site{
-      .ways = ways,
-      .half_size_m = 0.5 * store.manifest().size_m,
-      .obstacles = obstacles_of(job, *own, plan, duration_s),
-      .standing =
-          what_stands(store, plan.states, reach_of_traffic(traffic, duration_s, ways).of_all_m),
-      .reach_s = reach_of_bodies_s(plan)};
-  std::vector<scene::MovingThing> things =
-      lay_out_traffic(traffic, plan.states, duration_s, site, log);
-  std::move(things.begin(), things.end(), std::back_inserter(plan.moving));
+  OthersThere others = obstacles_of(job, *own, plan, duration_s);
+  const double half_size_m = 0.5 * store.manifest().size_m;
+  const double reach_s = reach_of_bodies_s(plan);
+  const auto add = [&](std::vector<scene::MovingThing> things) {
+    std::move(things.begin(), things.end(), std::back_inserter(plan.moving));
+  };
+  if (!on_land.empty()) {
+    world::WayNetwork network = store.load_ways();
+    if (network.parts.empty())
+      fail(ErrorKind::Input,
+           "{}: the config asks for traffic, and this world has no ways: give it a layer of kind "
+           "\"roads\", or leave out [[traffic]]",
+           store.folder().string());
+    const WayGraph ways(std::move(network));
+    const double reach_m = reach_of_traffic(on_land, duration_s, ways).of_all_m;
+    const TrafficSite site{.ways = ways,
+                           .half_size_m = half_size_m,
+                           .obstacles = std::move(others.on_land),
+                           .standing = what_stands(store, plan.states, reach_m),
+                           .reach_s = reach_s};
+    add(lay_out_traffic(on_land, plan.states, duration_s, site, log));
+  }
+  if (!ships.empty()) {
+    WaterMap water(store);
+    const double reach_m = reach_of_ships_m(ships, duration_s);
+    const WaterSite site{.water = [&water](const Vector2d& at_world) { return water.at(at_world); },
+                         .standing = what_stands_in_water(store, water, plan.states, reach_m),
+                         .half_size_m = half_size_m,
+                         .obstacles = std::move(others.on_water),
+                         .reach_s = reach_s};
+    add(lay_out_ships(ships, plan.states, duration_s, site, log));
+  }
   capture::check_moving(sensors::describe_moving(plan.moving), ErrorKind::Config,
                         "sequence " + plan.name);
 }
