@@ -176,8 +176,9 @@ TEST(GroundImagery, WhereTheLowestSampleIsWhiteAPictureIsTheNegativeOfItsSamples
       const std::filesystem::path file = folder / (is_reversed ? "reversed.tif" : "plain.tif");
       write_ramp(file, type, is_reversed);
       const auto surface = prepare_layered(world_with_imagery({file}, "gain = 1.0"));
-      const ScratchFolder tiles;
-      const world::TileStore store = store_of(*surface, tiles.path());
+      const std::filesystem::path tiles = folder / (std::string(GDALGetDataTypeName(type)) +
+                                                    (is_reversed ? "_reversed" : "_plain"));
+      const world::TileStore store = store_of(*surface, tiles);
       const GroundImagery imagery(store, 1e9);
       GroundImagery::Reader reader;
       for (const Eigen::Vector2d& place : scattered_places(kSize_m, 500))
