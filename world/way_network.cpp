@@ -18,6 +18,8 @@ constexpr std::size_t kPointBytes = 12;
 constexpr std::size_t kPartBytes = 42 + 2 * kPointBytes;
 /// No paving and no sidewalk is wider; the sums of such widths stay far within 32 bits.
 constexpr std::int32_t kWidest_steps = 1 << 18;
+/// Of a limit, as tags may say it.
+constexpr std::uint16_t kFastest_kmph = 250;
 static_assert(kWidest_steps * kHeightStep_m == 256.0);
 enum Flag : std::uint8_t {
   kForward = 1,
@@ -66,6 +68,8 @@ WayPart get_part(ByteReader& in, std::uint32_t num_nodes) {
   for (std::int32_t* steps : {&part.half_width_steps, &part.sidewalk_steps, &part.lanes_left_steps,
                               &part.lanes_right_steps})
     *steps = in.get<std::int32_t>();
+  if (part.max_speed_kmph > kFastest_kmph || (part.is_siding && !is_railway(part.kind)))
+    in.refuse("a way's limit, or what it is beside others, has no meaning");
   if (part.num_lanes < 1 || part.half_width_steps < 1 || part.sidewalk_steps < 0 ||
       part.half_width_steps > kWidest_steps || part.sidewalk_steps > kWidest_steps ||
       part.lanes_left_steps > part.half_width_steps ||

@@ -62,8 +62,8 @@ struct Encounters {
 };
 
 /// Looks at all times up to `duration_s`, kLook_s apart, and for headways as far beyond. Two that go the same way in one
-/// line, nearer in time than the headway of the one behind, meet as well. Things may be of any size. Who stays does not depend on who is left out for others: so
-/// it is the same wherever one looks at a part of them only.
+/// line, nearer in time than the headway of the one behind, meet as well. Things may be of any size. Who stays does not
+/// depend on who is left out for others: so it is the same wherever one looks at a part of them only.
 /// standing   what never moves; its deck is its own height
 Encounters find_encounters(std::span<const Traveller* const> travellers,
                            std::span<const Obstacle> obstacles, std::span<const Footprint> standing,

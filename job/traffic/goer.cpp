@@ -52,6 +52,13 @@ geo::BodyState Goer::state(double time_s) const {
   return state;
 }
 
+double Goer::pace_mps() const {
+  double pace_mps = 0.0;
+  for (double at_m = start_m_; at_m <= curve_.length_m(); at_m += 1.0)
+    pace_mps = std::max(pace_mps, curve_.at(at_m).limit_mps);
+  return pace_mps;
+}
+
 double Goer::sharpest_per_m(double until_s) const {
   double sharpest = 0.0;
   const double end_m = drive_.at(start_s_ + until_s).at_m;

@@ -37,7 +37,7 @@ class Goer final : public Traveller {
     return (at(time_s).at_world - at_world).norm();
   }
   /// The speed that it goes at where nothing holds it back, at its start.
-  double pace_mps() const { return curve_.at(start_m_).limit_mps; }
+  double pace_mps() const;
   double lasts_s() const { return drive_.duration_s() - start_s_; }
   double gone_m(double time_s) const { return drive_.at(start_s_ + time_s).at_m - start_m_; }
 

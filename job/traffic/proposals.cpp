@@ -178,11 +178,14 @@ void propose_on_track(const TrainProposal& like, double length_m, const WayGraph
   if (part.is_tunnel || part.is_siding) return;
   const double least_m =
       length_m + like.rail->headway_s * options.speed * speed_limit_kmph(part) / 3.6;
+  // Of a track that trains go both ways on, half of them each way.
+  const bool is_shared = part.num_lanes == 1 && sides.goes({p, true}) && sides.goes({p, false});
+  const double per_km = (is_shared ? 0.5 : 1.0) * options.amount * like.rail->per_track_km;
   for (const bool is_forward : {true, false}) {
     if (!sides.goes({p, is_forward})) continue;
     for (int lane = 0; lane < num_lanes(part, is_forward); ++lane)
       visit_starts(
-          graph.length_m(p), mean_gap_m(options.amount * like.rail->per_track_km, least_m), least_m,
+          graph.length_m(p), mean_gap_m(per_km, least_m), least_m,
           static_cast<std::uint64_t>(options.seed),
           core::stream_of(key_of(part), static_cast<std::uint64_t>(0x200 + 2 * lane + is_forward)),
           [&](double at_m, std::uint64_t key) {
@@ -264,9 +267,11 @@ Reach reach_of_traffic(std::span<const TrafficOptions> options, double duration_
   return {
       .of_vehicles_m = meets_m + drive_mps * lasts_s(duration_s),
       .of_people_m = meets_m + walk_mps * lasts_s(duration_s),
-      .of_trains_m = meets_m + rail_mps * (lasts_s(duration_s) + kMostHeadway_s) + kLongestTrain_m,
+      // A train that is seen, one that it meets, and one that decides whether that one is there: each to its end.
+      .of_trains_m =
+          meets_m + rail_mps * (lasts_s(duration_s) + kMostHeadway_s) + 3.0 * kLongestTrain_m,
       .of_all_m = meets_m + fastest_mps * lasts_s(duration_s) + kMeet_m +
-                  (rail_mps > 0.0 ? kLongestTrain_m : 0.0)};
+                  (rail_mps > 0.0 ? 2.0 * kLongestTrain_m : 0.0)};
 }
 
 std::vector<Proposal> propose(std::span<const TrafficOptions> options,

@@ -7,7 +7,7 @@
 
 namespace terracast::job {
 
-/// How a rigid car goes whose two pivots keep to a curve, on the map.
+/// Motion of a rigid car whose two pivots keep to a curve, on the map.
 struct CarMotion {
   Eigen::Vector2d at_world;  ///< the middle between the pivots
   Eigen::Vector2d forward;   ///< of length 1

@@ -150,8 +150,8 @@ Route drive_route(const WayGraph& graph, const Start& start, int lane, double sp
       .from(option_of(graph, start.arm, lane, speed, on_left), start.along_m, start.lasts_s);
 }
 
-Route rail_route(const WayGraph& graph, const Start& start, int lane, double speed, bool on_left,
-                 double most_mps) {
+Route rail_route(const WayGraph& graph, const TrackSides& sides, const Start& start, int lane,
+                 double speed, bool on_left, double most_mps) {
   const WayKind kind = graph.part(start.arm).kind;
   const double most_turn_rad = kind == WayKind::Tram ? kTramTurn_rad : kTrainTurn_rad;
   const auto option_on = [&](const Arm& arm, int track) {
@@ -160,7 +160,7 @@ Route rail_route(const WayGraph& graph, const Start& start, int lane, double spe
     return option;
   };
   const auto options = [&](const Option& from) {
-    std::vector<Option> found;
+    std::vector<Option> found, of_wrong_side;
     for (const auto& [turn_rad, arm] : turns_after(graph, from.leg.arm)) {
       const WayPart& part = graph.part(arm);
       const int num = num_lanes(part, arm.is_forward);
@@ -169,9 +169,9 @@ Route rail_route(const WayGraph& graph, const Start& start, int lane, double spe
       Option option = option_on(arm, std::min(from.lane, num - 1));
       if (std::abs(turn_rad) < kSwitch_rad) option.weight *= kMainTrack;
       if (!part.is_siding) option.weight *= kMainTrack;
-      found.push_back(option);
+      (part.is_siding || sides.goes(arm) ? found : of_wrong_side).push_back(option);
     }
-    return found;
+    return found.empty() ? of_wrong_side : found;
   };
   return Search(graph, start.key, options)
       .from(option_on(start.arm, lane), start.along_m, start.lasts_s);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "job/traffic/lane_path.h"
+#include "job/traffic/track_sides.h"
 #include "job/traffic/way_graph.h"
 
 namespace terracast::job {
@@ -37,12 +38,13 @@ struct Walker {
 /// Of walkers on paths: any turn by a draw. On sidewalks: round the block, so that no road is crossed.
 Route walk_route(const WayGraph& graph, const Start& start, const Walker& walker);
 
-/// Of trains: rather straight on than over a switch, and rather past sidings than into them; never back, into tunnels, round sharp bends or to a railway of another kind.
-/// lane     the track of the arm, as lane_right_m() counts
-/// on_left  trains keep to the left of two tracks
-/// most_mps of the train
-Route rail_route(const WayGraph& graph, const Start& start, int lane, double speed, bool on_left,
-                 double most_mps);
+/// Of trains: rather straight on than over a switch, and rather past sidings than into them; on the wrong one of two tracks
+/// where there is no other way alone; never back, into tunnels, round sharp bends or to a railway of another kind.
+/// lane       the track of the arm, as lane_right_m() counts
+/// on_left    trains keep to the left of two tracks
+/// most_mps   of the train
+Route rail_route(const WayGraph& graph, const TrackSides& sides, const Start& start, int lane,
+                 double speed, bool on_left, double most_mps);
 
 bool is_road(world::WayKind kind);
 bool is_path(world::WayKind kind);

@@ -150,7 +150,7 @@ void drop_encounters(Going& going, const TrafficSite& site, double duration_s, T
 /// Gives someone on foot the steps of their pace, which begin anywhere.
 void walk(const Goer& goer, scene::MovingThing& thing) {
   const double step_m = tiler::step_length_m(goer.body().thing->size_m.z(), goer.pace_mps());
-  const double phase_rad = 2.0 * std::numbers::pi * core::random_unit(goer.key(), 5, 0);
+  const double phase_rad = 2.0 * std::numbers::pi * core::random_unit(goer.key(), 0x10005, 0);
   for (scene::TurningPart& part : thing.parts) {
     // Legs and arms swing as far as the steps are long.
     part.swing_rad *= step_m * part.per_metre_rad / std::numbers::pi;

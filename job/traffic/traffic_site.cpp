@@ -162,6 +162,12 @@ std::vector<Vector2d> what_stands_in_water(const world::TileStore& store, WaterM
   const auto add = [&](const Vector2d& at_world) {
     if (water.at(at_world).is_water) standing.push_back(at_world);
   };
+  // Piers are long between their corners; so far apart a place beside them is 0.3 m farther than their edge at most.
+  constexpr double kApart_m = 20.0;
+  const auto add_edge = [&](const Vector2d& from, const Vector2d& to) {
+    const int num = 1 + static_cast<int>((to - from).norm() / kApart_m);
+    for (int i = 0; i < num; ++i) add(from + (to - from) * i / num);
+  };
   for (const world::TileInfo& info : store.manifest().tiles) {
     if (info.objects_bytes == 0 || store.find(info.id.child(0)) != nullptr ||
         !is_near(info.id, frames, reach_m))
@@ -169,9 +175,16 @@ std::vector<Vector2d> what_stands_in_water(const world::TileStore& store, WaterM
     const world::TileObjects objects = store.load(info.id).objects;
     for (const world::Instance& instance : objects.instances)
       add(instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m);
-    for (const world::Solid& solid : objects.solids)
-      for (const Eigen::Vector3i& vertex : solid.levels.front().shape.vertices_steps)
-        add((solid.origin_steps + vertex).head<2>().cast<double>() * world::kHeightStep_m);
+    for (const world::Solid& solid : objects.solids) {
+      const world::Shape& shape = solid.levels.front().shape;
+      const auto corner = [&](std::uint32_t vertex) -> Vector2d {
+        return (solid.origin_steps + shape.vertices_steps[vertex]).head<2>().cast<double>() *
+               world::kHeightStep_m;
+      };
+      for (const auto& triangle : shape.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+          add_edge(corner(triangle.corners[k]), corner(triangle.corners[(k + 1) % 3]));
+    }
   }
   return standing;
 }

@@ -42,12 +42,6 @@ const tiler::ThingInfo& car_called(std::string_view name) {
 
 std::span<const RailKind> rail_kinds() { return kKinds; }
 
-const RailKind* find_rail_kind(WayKind kind) {
-  const auto* found = std::find_if(kKinds.begin(), kKinds.end(),
-                                   [&](const RailKind& one) { return one.kind == kind; });
-  return found == kKinds.end() ? nullptr : found;
-}
-
 std::vector<TrainRow> rows_on(WayKind kind, std::span<const std::string> things) {
   const auto is_meant = [&](std::string_view thing) {
     return thing.empty() || things.empty() ||
@@ -68,7 +62,7 @@ double DrawnTrain::length_m() const {
 DrawnTrain draw_train(std::span<const TrainRow> rows, std::uint64_t key) {
   double all = 0.0;
   for (const TrainRow& row : rows) all += row.share;
-  double left = all * core::random_unit(key, 3, 0);
+  double left = all * core::random_unit(key, 0x10003, 0);
   const TrainRow* row = &rows.back();
   for (const TrainRow& one : rows) {
     if (left < one.share) {
@@ -84,13 +78,13 @@ DrawnTrain draw_train(std::span<const TrainRow> rows, std::uint64_t key) {
         {.thing = &thing,
          .variant = static_cast<int>(draw % static_cast<std::uint64_t>(thing.num_variants))});
   };
-  if (!row->lead.empty()) add(row->lead, core::random_bits(key, 3, 1));
+  if (!row->lead.empty()) add(row->lead, core::random_bits(key, 0x10003, 1));
   const auto more = static_cast<std::uint64_t>(row->most_cars - row->fewest_cars) + 1;
-  const int num = row->fewest_cars + static_cast<int>(core::random_bits(key, 3, 2) % more);
+  const int num = row->fewest_cars + static_cast<int>(core::random_bits(key, 0x10003, 2) % more);
   // Wagons are as they come; coaches of a train are of one colour.
   const bool is_mixed = row->car == "container_wagon";
   for (int i = 0; i < num; ++i)
-    add(row->car, core::random_bits(key, 4, is_mixed ? static_cast<std::uint64_t>(i) : 0));
+    add(row->car, core::random_bits(key, 0x10004, is_mixed ? static_cast<std::uint64_t>(i) : 0));
   return train;
 }
 

@@ -20,8 +20,6 @@ struct RailKind {
 };
 /// Those that have trains.
 std::span<const RailKind> rail_kinds();
-/// nullptr: it has none.
-const RailKind* find_rail_kind(world::WayKind kind);
 
 /// What a train is made of: cars of one kind, led or not.
 struct TrainRow {

@@ -18,7 +18,7 @@ struct TrainCourse {
   double room_m = 0.0;  ///< from its head to the end of a train before it, at least
 };
 
-/// Which trains are too near before others on their track, or face them there: of each two the one of the higher key.
+/// Finds trains that are too near before others on their track, or face them there: of each two the one of the higher key.
 /// Who stays does not depend on who is left out for others.
 /// returns   for each course 1: it gives way
 std::vector<std::uint8_t> find_too_near(const WayGraph& graph,

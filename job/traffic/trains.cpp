@@ -19,7 +19,9 @@ struct MadeTrain {
   Unmade why_not = Unmade::WayEnds;
 };
 
-MadeTrain make_train(const TrainProposal& proposal, const TrafficSite& site, double duration_s) {
+/// sides   of the side on which the proposal's trains keep
+MadeTrain make_train(const TrainProposal& proposal, const TrackSides& sides,
+                     const TrafficSite& site, double duration_s) {
   const TrafficOptions& options = *proposal.options;
   const DrawnTrain drawn =
       draw_train(rows_on(proposal.rail->kind, options.things), proposal.start.key);
@@ -29,8 +31,8 @@ MadeTrain make_train(const TrainProposal& proposal, const TrafficSite& site, dou
   // The start is the place of the train's end: its head is on the way for so much longer.
   Start start = proposal.start;
   start.lasts_s += length_m / limit_mps;
-  Route route = rail_route(site.ways, start, proposal.lane, options.speed, options.drives_on_left,
-                           drawn.most_mps);
+  Route route = rail_route(site.ways, sides, start, proposal.lane, options.speed,
+                           options.drives_on_left, drawn.most_mps);
   if (route.legs.empty())
     return {.train = nullptr,
             .course = {},
@@ -63,9 +65,11 @@ std::vector<std::unique_ptr<Train>> make_trains(std::span<const TrainProposal> p
                                                 const TrafficSite& site, double duration_s,
                                                 Tally& tally) {
   std::vector<MadeTrain> all(proposals.size());
+  const TrackSides on_right(site.ways, false), on_left(site.ways, true);
   core::parallel_for(static_cast<std::int64_t>(proposals.size()), [&](std::int64_t i) {
     const auto k = static_cast<std::size_t>(i);
-    all[k] = make_train(proposals[k], site, duration_s);
+    all[k] = make_train(proposals[k], proposals[k].options->drives_on_left ? on_left : on_right,
+                        site, duration_s);
   });
   tally.num_proposed += static_cast<std::int64_t>(all.size());
   for (const MadeTrain& one : all)

@@ -49,6 +49,7 @@ TEST(Walkthrough, TheAltimeterMeasuresHeights) {
   altimeter->measure({.scene = traced.scene,
                       .body = motion,
                       .body_from_sensor = {},
+                      .rate_hz = 2.0,
                       .stream_seed = 1,
                       .trail = nullptr},
                      std::vector<double>{0.0, 0.5}, values);

@@ -23,9 +23,9 @@ WayNetwork some_ways() {
                  .may_go_backward = k % 5 != 0,
                  .is_bridge = k % 7 == 0,
                  .is_tunnel = k % 11 == 0,
-                 .is_siding = k % 4 == 1,
+                 .is_siding = k % 4 == 1 && is_railway(static_cast<WayKind>(k % kNumWayKinds)),
                  .num_lanes = static_cast<std::uint8_t>(1 + k % 8),
-                 .max_speed_kmph = static_cast<std::uint16_t>(10 * k),
+                 .max_speed_kmph = static_cast<std::uint16_t>(k == 39 ? 250 : 6 * k),
                  .half_width_steps = draw(0, 1000, 9000),
                  .sidewalk_steps = draw(1, 0, 2000),
                  .lanes_left_steps = draw(2, 1, 1000),
@@ -69,6 +69,13 @@ TEST(WayNetwork, WhatIsWellPackedButIsNoNetworkIsRefused) {
   refused("are one",
           [](WayNetwork& n) { n.parts[4].points_steps[1] = n.parts[4].points_steps[0]; });
   refused("no lanes", [](WayNetwork& n) { n.parts[4].num_lanes = 0; });
+  refused("no meaning",
+          [](WayNetwork& n) { n.parts[4].kind = static_cast<WayKind>(kNumWayKinds); });
+  refused("no meaning", [](WayNetwork& n) { n.parts[4].max_speed_kmph = 251; });
+  refused("no meaning", [](WayNetwork& n) {
+    n.parts[4].kind = WayKind::Residential;
+    n.parts[4].is_siding = true;
+  });
   refused("no width", [](WayNetwork& n) { n.parts[4].half_width_steps = 0; });
   refused("no width", [](WayNetwork& n) { n.parts[4].lanes_left_steps = -2000; });
   refused("no width", [](WayNetwork& n) { n.parts[4].half_width_steps = 1 << 19; });

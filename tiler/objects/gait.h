@@ -7,10 +7,10 @@ inline constexpr double kDrawnStature_m = 1.75;
 /// From the foot to the hip and to the shoulder of a stature of 1 m.
 inline constexpr double kHipHeight = 0.88 / kDrawnStature_m;
 inline constexpr double kShoulderHeight = 1.40 / kDrawnStature_m;
-/// Of a stature, from the hindmost to the foremost of a person in a step.
-inline constexpr double kStepReach = 0.44;
+/// Of a stature, from the heel behind to the toes in front in the longest step.
+inline constexpr double kStepReach = 0.57;
 
-/// At which people walk who choose it freely: 1.34 m/s, of adults (Weidmann, Transporttechnik der Fussgänger, 1993); of
+/// Freely chosen walking speed: 1.34 m/s, of adults (Weidmann, Transporttechnik der Fussgänger, 1993); of
 /// other statures at the same Froude number.
 double usual_walk_mps(double stature_m);
 

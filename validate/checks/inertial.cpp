@@ -189,7 +189,10 @@ class InertialChecker : public Checker {
       };
       // Coordinates of the Earth's size are rounded to 1e-9 m. A frame whose attitude is off tilts gravity by as much.
       constexpr double kRounding_m = 1e-7, kRounding_rad = 1e-11, kGravity_mps2 = 9.81;
+      // Motions' derivatives are right to 1e-9 of the largest.
+      constexpr double kMotion_mps2 = 1e-8;
       const double allowed_m = kRounding_m + 4.0 * rounding.position_m +
+                               0.5 * kMotion_mps2 * after_s * after_s +
                                0.5 * kGravity_mps2 * 2.0 * rounding.angle_rad * after_s * after_s +
                                2.0 * off_between(&Arrival::off_m);
       const double allowed_rad =
