@@ -35,7 +35,7 @@ struct CheckResult {
   std::optional<double> probability;
   /// The smallest error that this dataset would have shown, in `unit`; nothing where that was not found out.
   std::optional<double> smallest;
-  /// Of one that is seen elsewhere: cameras of which this dataset would not have shown it.
+  /// Of one that is seen elsewhere: cameras or sensors of which this dataset would not have shown it.
   std::vector<std::string> unseen_parts;
   struct Plot {
     std::string title, x_label, y_label;

@@ -113,8 +113,17 @@ InertialReading InertialSamples::at(double time_s) const {
   return reading;
 }
 
-InertialState integrate(InertialState state, const InertialSamples& samples, double from_s,
-                        double to_s) {
+InertialLeg leg_of(const InertialSamples& samples, double from_s, double to_s) {
+  const auto num_steps =
+      std::max<std::int64_t>(1, std::llround(std::ceil((to_s - from_s) / samples.step_s() - 1e-6)));
+  InertialLeg leg{
+      .from_s = from_s, .step_s = (to_s - from_s) / static_cast<double>(num_steps), .readings = {}};
+  for (std::int64_t k = 0; k <= 2 * num_steps; ++k)
+    leg.readings.push_back(samples.at(from_s + 0.5 * static_cast<double>(k) * leg.step_s));
+  return leg;
+}
+
+InertialState integrate(InertialState state, const InertialLeg& leg) {
   const Vector3d earth(0.0, 0.0, kEarthRate_radps);
   struct Slope {
     Vector3d place, velocity;
@@ -133,16 +142,13 @@ InertialState integrate(InertialState state, const InertialSamples& samples, dou
                          at.velocity_ecef_mps + step_s * slope.velocity,
                          at.ecef_from_sensor + step_s * slope.turn};
   };
-  const auto num_steps =
-      std::max<std::int64_t>(1, std::llround(std::ceil((to_s - from_s) / samples.step_s() - 1e-6)));
-  const double step_s = (to_s - from_s) / static_cast<double>(num_steps);
-  for (std::int64_t k = 0; k < num_steps; ++k) {
-    const double time_s = from_s + static_cast<double>(k) * step_s;
-    const InertialReading middle = samples.at(time_s + 0.5 * step_s);
-    const Slope a = slope_of(state, samples.at(time_s));
+  const double step_s = leg.step_s;
+  for (std::size_t k = 0; k < leg.num_steps(); ++k) {
+    const InertialReading& middle = leg.readings[2 * k + 1];
+    const Slope a = slope_of(state, leg.readings[2 * k]);
     const Slope b = slope_of(moved(state, a, 0.5 * step_s), middle);
     const Slope c = slope_of(moved(state, b, 0.5 * step_s), middle);
-    const Slope d = slope_of(moved(state, c, step_s), samples.at(time_s + step_s));
+    const Slope d = slope_of(moved(state, c, step_s), leg.readings[2 * k + 2]);
     state = moved(state,
                   {(a.place + 2.0 * b.place + 2.0 * c.place + d.place) / 6.0,
                    (a.velocity + 2.0 * b.velocity + 2.0 * c.velocity + d.velocity) / 6.0,
@@ -154,6 +160,30 @@ InertialState integrate(InertialState state, const InertialSamples& samples, dou
                                                                 state.ecef_from_sensor;
   }
   return state;
+}
+
+void InertialDoubt::gather(const InertialLeg& leg, std::span<const InertialSamples> others) {
+  const auto apart = [&](std::size_t index) {
+    const InertialReading& reading = leg.readings[index];
+    Eigen::Vector2d sum(0.0, 0.0);
+    for (const InertialSamples& other : others) {
+      const InertialReading at =
+          other.at(leg.from_s + 0.5 * static_cast<double>(index) * leg.step_s);
+      sum += Eigen::Vector2d((reading.turn_rate_radps - at.turn_rate_radps).norm(),
+                             (reading.force_mps2 - at.force_mps2).norm());
+    }
+    return sum;
+  };
+  Eigen::Vector2d before = apart(0);
+  for (std::size_t k = 0; k < leg.num_steps(); ++k) {
+    const Eigen::Vector2d after = apart(2 * k + 2);
+    const Eigen::Vector2d over = leg.step_s / 6.0 * (before + 4.0 * apart(2 * k + 1) + after);
+    before = after;
+    turn_rad += over[0];
+    // A sensor that is turned by so much is pushed aside by its force.
+    speed_mps += over[1] + leg.step_s * leg.readings[2 * k + 1].force_mps2.norm() * turn_rad;
+    place_m += leg.step_s * speed_mps;
+  }
 }
 
 }  // namespace terracast::validate

@@ -30,6 +30,7 @@ using test::Flight;
 using test::kPlane_z;
 using test::meet_box;
 using test::Pose;
+using test::TracedPlan;
 using test::Truth;
 using test::turning_box;
 

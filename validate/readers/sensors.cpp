@@ -78,7 +78,8 @@ void read_samples(const Dataset& dataset, const std::string& header, SensorRecor
            1 + sensor.num_channels);
     sensor.times_s.push_back(parse_number(cells[0], where));
     for (std::size_t k = 1; k < cells.size(); ++k)
-      sensor.values.push_back(parse_sample(cells[k], where));
+      sensor.values.push_back(sensor.kind == "imu" ? parse_number(cells[k], where)
+                                                   : parse_sample(cells[k], where));
   }
 }
 
