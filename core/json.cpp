@@ -1,6 +1,7 @@
 #include "core/json.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -209,7 +210,21 @@ Json Json::array_of(const std::vector<std::string>& values) {
   return json;
 }
 
+namespace {
+
+/// Values that half of the machine's memory holds.
+std::size_t values_that_fit() {
+  constexpr std::size_t kBytes = 200;  ///< of a value
+  const auto pages = static_cast<std::size_t>(std::max(::sysconf(_SC_PHYS_PAGES), 0L));
+  const auto page_bytes = static_cast<std::size_t>(std::max(::sysconf(_SC_PAGESIZE), 0L));
+  return pages * page_bytes / 2 / kBytes;
+}
+
+}  // namespace
+
 Json Json::parse(std::string_view text, const std::string& name, std::size_t most_values) {
+  if (most_values > kMostValues)
+    most_values = std::min(most_values, std::max(kMostValues, values_that_fit()));
   Value::Builder builder(text, name, most_values);
   nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   Json json = builder.take();

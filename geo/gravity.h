@@ -4,14 +4,14 @@
 
 #include "geo/geodesy.h"
 
-/// What the Earth does to an inertial sensor: its gravity, and its turning.
+/// Gravity and turning of the Earth, as inertial sensors measure them.
 namespace terracast::geo {
 
 /// WGS84's rate of turning, rad/s.
 inline constexpr double kEarthRate_radps = 7.292115e-5;
 
 /// Gravity of WGS84's normal field, the centrifugal part included, along the world's axes, m/s^2.
-/// accuracy   of the normal field: 1e-14 of it (GeographicLib's closed form, at any height); Gravity.…. The Earth's own
+/// accuracy   of the normal field: 1e-11 m/s^2, at any height (GeographicLib's closed form); Gravity.…. The Earth's own
 ///            departs from it by up to 5e-4 m/s^2 and 0.3 mrad.
 /// source     Heiskanen and Moritz 1967, sections 2-7 to 2-8
 /// threads    safe

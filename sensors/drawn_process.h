@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-/// Slow random processes of instruments, of which any tick can be asked without those before it.
+/// Slow random processes of instruments, with access to any tick without those before it.
 namespace terracast::sensors {
 
 /// A random walk or a Gauss-Markov process at the ticks 0, 1, 2, … of a stream, drawn by halving: the middle of an
@@ -18,7 +18,7 @@ class DrawnProcess {
   /// 0 at tick 0; from tick to tick it gains a normal deviate times `step`.
   /// stream   of its numbers alone
   static DrawnProcess walk(double step, std::uint64_t seed, std::uint64_t stream);
-  /// Of one deviation at all ticks, correlated by exp(-n / ticks) over n of them.
+  /// Stationary, of one deviation; its correlation over n ticks is exp(-n / ticks).
   static DrawnProcess markov(double deviation, double ticks, std::uint64_t seed,
                              std::uint64_t stream);
 

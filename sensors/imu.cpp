@@ -76,13 +76,14 @@ class Imu : public Sensor {
   void describe(core::SchemaVisitor& visit) override {
     visit.key(
         "sampling", sampling_,
-        "instant: turn rate and specific force at a sample's time. integrated: their means over "
-        "the time since the sample before, along the sensor's axes as it turns, as instruments "
-        "give that measure faster within.",
+        "instant: turn rate and specific force at a sample's time. integrated: means since the "
+        "sample before, along the sensor's turning axes, as from instruments that sample faster "
+        "internally.",
         core::one_of({"instant", "integrated"}));
-    visit.section("gyroscope", gyroscope_, "Errors of the gyroscopes; none are stated: none.");
+    visit.section("gyroscope", gyroscope_,
+                  "Errors of the gyroscopes; without keys they show the truth.");
     visit.section("accelerometer", accelerometer_,
-                  "Errors of the accelerometers; none are stated: none.");
+                  "Errors of the accelerometers; without keys they show the truth.");
   }
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
 

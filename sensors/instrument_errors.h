@@ -9,7 +9,7 @@
 #include "core/schema.h"
 #include "sensors/drawn_process.h"
 
-/// What an instrument of three axes makes of a true vector.
+/// Errors of an instrument of three axes.
 namespace terracast::sensors {
 
 /// Parameters of an instrument, as data sheets and Allan plots have them; 0: it has none of the kind.

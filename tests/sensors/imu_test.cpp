@@ -221,7 +221,7 @@ TEST_F(Imu, ComesBackToTheBodysOwnMotionWhenItIsIntegrated) {
 }
 
 TEST_F(Imu, WhatAMechanisationLeavesOutShowsAtItsSize) {
-  // A body that stands: what is left out is all that moves it.
+  // A body that flies straight to the east: what is left out is all that moves it off its line.
   auto motion = std::make_shared<WavyMotion>();
   motion->place[0].slope = 15.0;  // to the east
   motion->place[2].middle = 300.0;
@@ -281,7 +281,7 @@ TEST_F(Imu, TwoOnOneBodyDifferByItsTurning) {
 }
 
 TEST_F(Imu, FallingFreelyShowsNoForce) {
-  /// Falls from rest in the world's frame: on the turning Earth, as seen in its axes.
+  /// Falls freely on the turning Earth, as seen in its axes.
   struct Fall : geo::Trajectory {
     const geo::WorldFrame* frame = nullptr;
     double duration_s() const override { return 1.0; }
