@@ -193,7 +193,7 @@ TEST(Trains, KeepBothBogiesOfEachCarOnTheirTrackThroughBends) {
       }
     }
   }
-  EXPECT_GT(num_cars, 40);
+  EXPECT_GT(num_cars, 25);
   EXPECT_GT(num_in_bends, 40);
   EXPECT_TRUE(kinds.contains("railcar") && kinds.contains("locomotive"));
 }

@@ -142,56 +142,6 @@ TEST(GroundImagery, AChessboardIsWhereItsProjectionPutsIt) {
   EXPECT_GT(num_compared, 150);
 }
 
-/// A picture of one band from 30 in the west to 220 in the east, or its negative, with what TIFF says of it.
-void write_ramp(const std::filesystem::path& file, GDALDataType type, bool is_reversed) {
-  const RasterSpec spec = utm_spec(kSize_m, 16.0);
-  GDALAllRegister();
-  const char* options[] = {is_reversed ? "PHOTOMETRIC=MINISWHITE" : "PHOTOMETRIC=MINISBLACK",
-                           nullptr};
-  GDALDataset* dataset = GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
-      file.c_str(), spec.width, spec.height, 1, type, const_cast<char**>(options));
-  ASSERT_NE(dataset, nullptr);
-  OGRSpatialReference reference;
-  ASSERT_EQ(reference.SetFromUserInput("EPSG:32631"), OGRERR_NONE);
-  dataset->SetSpatialRef(&reference);
-  dataset->SetGeoTransform(const_cast<double*>(spec.geotransform.data()));
-  const double highest = type == GDT_Byte ? 255.0 : 65535.0;
-  std::vector<double> row(static_cast<std::size_t>(spec.width));
-  for (int i = 0; i < spec.width; ++i) {
-    const double value = std::round(30.0 + 190.0 * i / (spec.width - 1)) * highest / 255.0;
-    row[static_cast<std::size_t>(i)] = is_reversed ? highest - value : value;
-  }
-  for (int j = 0; j < spec.height; ++j)
-    ASSERT_EQ(dataset->GetRasterBand(1)->RasterIO(GF_Write, 0, j, spec.width, 1, row.data(),
-                                                  spec.width, 1, GDT_Float64, 0, 0, nullptr),
-              CE_None);
-  GDALClose(dataset);
-}
-
-TEST(GroundImagery, WhereTheLowestSampleIsWhiteAPictureIsTheNegativeOfItsSamples) {
-  const ScratchFolder folder;
-  for (const GDALDataType type : {GDT_Byte, GDT_UInt16}) {
-    std::array<std::vector<float>, 2> albedos;
-    for (const bool is_reversed : {false, true}) {
-      const std::filesystem::path file = folder / (is_reversed ? "reversed.tif" : "plain.tif");
-      write_ramp(file, type, is_reversed);
-      const auto surface = prepare_layered(world_with_imagery({file}, "gain = 1.0"));
-      const std::filesystem::path tiles = folder / (std::string(GDALGetDataTypeName(type)) +
-                                                    (is_reversed ? "_reversed" : "_plain"));
-      const world::TileStore store = store_of(*surface, tiles);
-      const GroundImagery imagery(store, 1e9);
-      GroundImagery::Reader reader;
-      for (const Eigen::Vector2d& place : scattered_places(kSize_m, 500))
-        albedos[is_reversed ? 1 : 0].push_back(imagery.sample(place, 0.0, reader).albedo[0]);
-    }
-    // The same codes of bytes; of other types the range's percentiles, which differ by a sample.
-    for (std::size_t i = 0; i < albedos[0].size(); ++i)
-      EXPECT_NEAR(albedos[1][i], albedos[0][i], type == GDT_Byte ? 1e-6 : 0.01);
-    const auto [least, most] = std::minmax_element(albedos[0].begin(), albedos[0].end());
-    EXPECT_GT(*most, *least + 0.3f);
-  }
-}
-
 TEST(GroundImagery, AWaveIsNotShiftedByHalfAPixel) {
   const ScratchFolder folder;
   const auto light = [](double u, double v) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <utility>
 
 #include "core/error.h"
 #include "core/hash.h"
@@ -24,7 +23,7 @@ using world::ImageryTileId;
 using world::kImageryTile_px;
 
 /// Raised when the same inputs give other colours.
-constexpr int kVersion = 2;
+constexpr int kVersion = 1;
 /// Pixels may be so much wider than samples, rather than half as wide: little is lost, and three
 /// quarters of the pixels are saved.
 constexpr double kWidestPixel = 1.1;
@@ -307,12 +306,9 @@ ColorRaster::Window ColorRaster::read(GDALDataset& dataset, const SampleWindow& 
 
 void ColorRaster::choose_range(GDALDataset& dataset) {
   if (options_.black != options_.white) return;
-  // TIFF's PhotometricInterpretation 0: the lowest sample is white.
-  const char* reversed = dataset.GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
-  const bool is_reversed = reversed != nullptr && EQUAL(reversed, "YES");
   if (is_bytes_) {
-    options_.black = is_reversed ? 255.0 : 0.0;
-    options_.white = 255.0 - options_.black;
+    options_.black = 0.0;
+    options_.white = 255.0;
     return;
   }
   const SampleWindow whole{0, 0, grid_->width(), grid_->height()};
@@ -333,7 +329,6 @@ void ColorRaster::choose_range(GDALDataset& dataset) {
   // Light is proportional to the samples of a linear raster: nothing but 0 is black.
   if (!is_srgb_) options_.black = std::min(options_.black, 0.0);
   if (options_.white <= options_.black) options_.white = options_.black + 1.0;
-  if (is_reversed) std::swap(options_.black, options_.white);
 }
 
 void ColorRaster::choose_gain() {
