@@ -71,7 +71,7 @@ TEST(Channels, EveryClassHasAName) {
   const auto name_of = [](SemanticClass semantic) {
     return semantic_class_names()[static_cast<std::size_t>(semantic)];
   };
-  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Drone) + 1);
+  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Train) + 1);
   EXPECT_EQ(name_of(SemanticClass::Sand), "sand");
   EXPECT_EQ(name_of(SemanticClass::Road), "road");
   EXPECT_EQ(name_of(SemanticClass::Tree), "tree");
