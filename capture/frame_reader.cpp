@@ -204,8 +204,8 @@ SequenceReader SequenceReader::open(const fs::path& folder) {
          "{}: unfinished: all {} frames are there, but no {}; run the render stage again",
          folder.string(), info.num_frames, kManifestFile);
 
-  const Manifest manifest =
-      manifest_from_json(core::Json::read(manifest_file, core::Json::kMostOfDatasets), info, manifest_file.string());
+  const Manifest manifest = manifest_from_json(
+      core::Json::read(manifest_file, core::Json::kMostOfDatasets), info, manifest_file.string());
   read_checked(folder, manifest.files[0]);
   reader.tracks_ =
       tracks_from_json(read_json(folder, manifest.files[1]), (folder / kTracksFile).string());
@@ -252,19 +252,25 @@ CameraFrame SequenceReader::read_camera(int frame_index, int camera_index, unsig
 }
 
 Samples SequenceReader::read_samples(int stream_index) const {
-  const StreamInfo& stream = info_.streams.at(static_cast<std::size_t>(stream_index));
   Samples all;
   for (const FrameRecord& record : frames_) {
-    const FrameFile& entry = record.streams.at(static_cast<std::size_t>(stream_index));
-    const Samples part = decode_samples(
-        read_checked(folder_, entry),
-        times_of(ticks_of_frame(stream.rate_hz, info_.rate_hz, record.index, info_.num_frames),
-                 stream.rate_hz),
-        stream.channels.size(), (folder_ / entry.path).string());
+    const Samples part = read_samples(stream_index, record.index);
     all.times_s.insert(all.times_s.end(), part.times_s.begin(), part.times_s.end());
     all.values.insert(all.values.end(), part.values.begin(), part.values.end());
   }
   return all;
+}
+
+Samples SequenceReader::read_samples(int stream_index, int frame_index) const {
+  const StreamInfo& stream = info_.streams.at(static_cast<std::size_t>(stream_index));
+  const FrameFile& entry = frames_.at(static_cast<std::size_t>(frame_index))
+                               .streams.at(static_cast<std::size_t>(stream_index));
+  const std::vector<std::byte> bytes = read_checked(folder_, entry);
+  const std::string where = (folder_ / entry.path).string();
+  const TickRange ticks =
+      ticks_of_frame(stream.rate_hz, info_.rate_hz, frame_index, info_.num_frames);
+  if (stream.is_scan) return decode_scans(bytes, ticks, stream.rate_hz, stream.channels, where);
+  return decode_samples(bytes, times_of(ticks, stream.rate_hz), stream.channels.size(), where);
 }
 
 geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index) const {

@@ -32,6 +32,8 @@ class SequenceReader {
   /// All samples of a stream.
   /// throws   Input: a file is missing, damaged or not what its record says
   Samples read_samples(int stream_index) const;
+  /// Those that begin from a frame's time to before the next one's, as they were measured together.
+  Samples read_samples(int stream_index, int frame_index) const;
 
   geo::Rigid3d world_from_camera(int frame_index, int camera_index) const;
   /// The same with its motion, where its shutter rolls.

@@ -157,9 +157,12 @@ FrameFile SequenceWriter::write_samples(int frame_index, int stream_index,
   const StreamInfo& stream = info_.streams.at(static_cast<std::size_t>(stream_index));
   const TickRange ticks =
       ticks_of_frame(stream.rate_hz, info_.rate_hz, frame_index, info_.num_frames);
-  TERRACAST_CHECK(samples.times_s == times_of(ticks, stream.rate_hz),
+  TERRACAST_CHECK(stream.is_scan ? are_times_of_scans(samples.times_s, ticks, stream.rate_hz)
+                                 : samples.times_s == times_of(ticks, stream.rate_hz),
                   "frame {} of {}/{}: samples at other times", frame_index, stream.rig,
                   stream.name);
+  if (stream.is_scan)
+    return write(samples_path(stream, frame_index), encode_scans(samples, stream.channels));
   return write(samples_path(stream, frame_index), encode_samples(samples, stream.channels.size()));
 }
 
@@ -214,7 +217,8 @@ std::optional<std::vector<int>> find_damaged_frames(const fs::path& folder,
   if (!fs::exists(manifest_file)) return std::nullopt;
   Manifest manifest;
   try {
-    manifest = manifest_from_json(core::Json::read(manifest_file, core::Json::kMostOfDatasets), info, manifest_file.string());
+    manifest = manifest_from_json(core::Json::read(manifest_file, core::Json::kMostOfDatasets),
+                                  info, manifest_file.string());
   } catch (const core::Error& error) {
     if (error.kind() == ErrorKind::Input) return std::nullopt;
     throw;

@@ -157,12 +157,35 @@ CameraClock clock_from_json(const Json& json, const Source& source) {
           .jitter_sd_s = source.finite(json.at("jitter_sd_s"), "jitter_sd_s")};
 }
 
+/// By NumberType. Of doubles, which all but scans have, files say nothing.
+constexpr std::array<std::string_view, 5> kNumberTypes = {"float64", "float32", "count32",
+                                                          "count16", "count8"};
+
+Json json_from_channel(const StreamChannel& channel) {
+  Json json = Json::object();
+  json.set("name", channel.name).set("unit", channel.unit);
+  if (channel.type != NumberType::Float64)
+    json.set("type", kNumberTypes.at(static_cast<std::size_t>(channel.type)));
+  return json;
+}
+
+StreamChannel channel_from_json(const Json& json, const Source& source) {
+  StreamChannel channel{.name = json.at("name").string(), .unit = json.at("unit").string()};
+  if (!json.has("type")) return channel;
+  const auto* const found =
+      std::find(kNumberTypes.begin(), kNumberTypes.end(), json.at("type").string());
+  if (found == kNumberTypes.end())
+    fail(ErrorKind::Input, "{}: a channel's type is \"{}\", which this version does not know",
+         source.file, core::printable(core::first_letters(json.at("type").string(), 100)));
+  channel.type = static_cast<NumberType>(found - kNumberTypes.begin());
+  return channel;
+}
+
 Json json_from_stream(const StreamInfo& stream) {
   Json channels = Json::array();
-  for (const StreamChannel& channel : stream.channels)
-    channels.push(Json::object().set("name", channel.name).set("unit", channel.unit));
-  return Json::object()
-      .set("rig", stream.rig)
+  for (const StreamChannel& channel : stream.channels) channels.push(json_from_channel(channel));
+  Json json = Json::object();
+  json.set("rig", stream.rig)
       .set("name", stream.name)
       .set("kind", stream.kind)
       .set("rate_hz", stream.rate_hz)
@@ -170,6 +193,8 @@ Json json_from_stream(const StreamInfo& stream) {
       .set("rig_from_sensor", json_from_rigid(stream.rig_from_sensor))
       .set("body_from_rig", json_from_rigid(stream.body_from_rig))
       .set("settings_toml", stream.settings_toml);
+  if (stream.is_scan) json.set("is_scan", true);
+  return json;
 }
 
 StreamInfo stream_from_json(const Json& json, const Source& source) {
@@ -180,11 +205,11 @@ StreamInfo stream_from_json(const Json& json, const Source& source) {
                     .channels = {},
                     .rig_from_sensor = source.rigid(json.at("rig_from_sensor"), "rig_from_sensor"),
                     .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig"),
-                    .settings_toml = json.at("settings_toml").string()};
+                    .settings_toml = json.at("settings_toml").string(),
+                    .is_scan = json.has("is_scan") && json.at("is_scan").boolean()};
   const Json& channels = json.at("channels");
   for (std::size_t i = 0; i < channels.size(); ++i)
-    stream.channels.push_back(
-        {.name = channels.at(i).at("name").string(), .unit = channels.at(i).at("unit").string()});
+    stream.channels.push_back(channel_from_json(channels.at(i), source));
   return stream;
 }
 

@@ -10,10 +10,14 @@
 
 namespace terracast::capture {
 
+/// How the numbers of a scan's channel are stored: floating-point numbers and counts, by their bytes.
+enum class NumberType : std::uint8_t { Float64, Float32, Count32, Count16, Count8 };
+
 /// One quantity that a sensor measures.
 struct StreamChannel {
   std::string name;  ///< "range_m": with its unit, where it has one; a to z, 0 to 9 and _
   std::string unit;  ///< "m", "m/s^2"; empty: none
+  NumberType type = NumberType::Float64;  ///< of a scan; of others it is this one
   bool operator==(const StreamChannel&) const = default;
 };
 
@@ -31,6 +35,8 @@ struct StreamInfo {
   geo::Rigid3d rig_from_sensor;  ///< sensor: x forward, y left, z up
   geo::Rigid3d body_from_rig;
   std::string settings_toml;  ///< the kind's own keys, every one
+  /// Each tick gives a scan: any number of rows, each at its own time from the tick's to before the next one's.
+  bool is_scan = false;
   bool operator==(const StreamInfo&) const = default;
 
   geo::Rigid3d body_from_sensor() const { return body_from_rig * rig_from_sensor; }
@@ -38,8 +44,9 @@ struct StreamInfo {
 
 /// Measurements of a stream, in the order of time.
 struct Samples {
-  std::vector<double> times_s;  ///< true, since the sequence's start
-  std::vector<double> values;   ///< the channels of the first time, of the second, …
+  std::vector<double>
+      times_s;  ///< true, since the sequence's start; of a scan several may be the same
+  std::vector<double> values;  ///< the channels of the first time, of the second, …
   bool operator==(const Samples&) const = default;
 };
 
@@ -63,5 +70,17 @@ std::vector<std::byte> encode_samples(const Samples& samples, std::size_t num_ch
 /// throws    Input: it holds another array; `where` names it
 Samples decode_samples(std::span<const std::byte> bytes, const std::vector<double>& times_s,
                        std::size_t num_channels, const std::string& where);
+
+/// Whether the rows of scans are in order and within the time of their ticks.
+bool are_times_of_scans(std::span<const double> times_s, const TickRange& ticks, double rate_hz);
+
+/// NumPy's structured array, a row a measurement: `time_s`, then the channels by their names and types.
+/// scans    numbers that their channels' types can hold; a Float32 is rounded
+std::vector<std::byte> encode_scans(const Samples& scans, std::span<const StreamChannel> channels);
+
+/// ticks    of which the file holds the scans
+/// throws   Input: it is another array, or rows are at other times; `where` names it
+Samples decode_scans(std::span<const std::byte> bytes, const TickRange& ticks, double rate_hz,
+                     std::span<const StreamChannel> channels, const std::string& where);
 
 }  // namespace terracast::capture

@@ -14,6 +14,25 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "npy files are written as memory holds them");
 
+/// descr   as Python writes it
+std::vector<std::byte> file_of(const std::string& descr, const std::string& sizes,
+                               std::span<const std::byte> values) {
+  std::string header =
+      fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': ({}), }}", descr, sizes);
+  // Magic, version and length are 10 bytes; the values start at a multiple of 64.
+  header.append(63 - (10 + header.size()) % 64, ' ');
+  header += '\n';
+  TERRACAST_CHECK(header.size() <= 0xffff, "a header of {} bytes", header.size());
+  std::string start("\x93NUMPY\x01\x00", 8);
+  start += static_cast<char>(header.size() & 0xff);
+  start += static_cast<char>(header.size() >> 8);
+  start += header;
+  std::vector<std::byte> bytes(start.size() + values.size());
+  std::memcpy(bytes.data(), start.data(), start.size());
+  if (!values.empty()) std::memcpy(bytes.data() + start.size(), values.data(), values.size());
+  return bytes;
+}
+
 std::vector<std::byte> with_header(const char* type, std::span<const std::byte> values,
                                    std::size_t value_bytes, const std::vector<int>& shape) {
   std::size_t num_values = 1;
@@ -25,19 +44,7 @@ std::vector<std::byte> with_header(const char* type, std::span<const std::byte> 
   if (shape.size() == 1) sizes += ",";
   TERRACAST_CHECK(num_values * value_bytes == values.size(), "shape ({}) of {} bytes", sizes,
                   values.size());
-  std::string header =
-      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", type, sizes);
-  // Magic, version and length are 10 bytes; the values start at a multiple of 64.
-  header.append(63 - (10 + header.size()) % 64, ' ');
-  header += '\n';
-  std::string start("\x93NUMPY\x01\x00", 8);
-  start += static_cast<char>(header.size() & 0xff);
-  start += static_cast<char>(header.size() >> 8);
-  start += header;
-  std::vector<std::byte> bytes(start.size() + values.size());
-  std::memcpy(bytes.data(), start.data(), start.size());
-  if (!values.empty()) std::memcpy(bytes.data() + start.size(), values.data(), values.size());
-  return bytes;
+  return file_of(fmt::format("'{}'", type), sizes, values);
 }
 
 template <class Pixel>
@@ -83,6 +90,19 @@ std::vector<std::byte> npy_bytes(const Image8& image) {
 
 std::vector<std::byte> npy_bytes(const ImageU32& image) {
   return npy_bytes(std::span<const std::uint32_t>(image.data()), shape_of(image));
+}
+
+std::vector<std::byte> npy_table_bytes(std::span<const NpyField> fields, std::size_t num_rows,
+                                       std::span<const std::byte> rows) {
+  std::string descr;
+  std::size_t row_bytes = 0;
+  for (const NpyField& field : fields) {
+    descr += fmt::format("{}('{}', '{}')", descr.empty() ? "[" : ", ", field.name, field.type);
+    row_bytes += static_cast<std::size_t>(field.type.back() - '0');
+  }
+  TERRACAST_CHECK(num_rows * row_bytes == rows.size(), "{} rows of {} bytes: {}", num_rows,
+                  row_bytes, rows.size());
+  return file_of(descr + "]", fmt::format("{},", num_rows), rows);
 }
 
 }  // namespace terracast::core

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/image.h"
@@ -25,5 +27,16 @@ std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
 std::vector<std::byte> npy_bytes(const ImageF& image);
 std::vector<std::byte> npy_bytes(const Image8& image);
 std::vector<std::byte> npy_bytes(const ImageU32& image);
+
+/// A column of a structured array.
+struct NpyField {
+  std::string name;       ///< without quotes and backslashes
+  std::string_view type;  ///< "<f8", "<f4", "<u4", "<u2" or "|u1"
+};
+
+/// A structured array, whose fields `numpy.load(file)["name"]` gives.
+/// rows   packed, without padding
+std::vector<std::byte> npy_table_bytes(std::span<const NpyField> fields, std::size_t num_rows,
+                                       std::span<const std::byte> rows);
 
 }  // namespace terracast::core

@@ -87,9 +87,8 @@ std::vector<capture::FrameFile> SequenceWork::measure(int frame, const capture::
   for (const sensors::MountedSensor& sensor : plan_.sensors) {
     const capture::TickRange ticks = capture::ticks_of_frame(
         sensor.info.rate_hz, plan_.rate_hz, frame, static_cast<int>(plan_.states.size()));
-    const capture::Samples samples =
-        sensor.measure(renderer_.scene(), plan_.motion, static_cast<std::uint64_t>(plan_.seed),
-                       capture::times_of(ticks, sensor.info.rate_hz), &trail);
+    const capture::Samples samples = sensor.measure(
+        renderer_.scene(), plan_.motion, static_cast<std::uint64_t>(plan_.seed), ticks, &trail);
     files.push_back(sink.write_samples(frame, static_cast<int>(files.size()), samples));
   }
   return files;

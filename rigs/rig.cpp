@@ -487,7 +487,8 @@ std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>&
                                         .translation = rig.rig_from_file() *
                                                        (vector_of(options.offset_mm) * 1e-3)},
                     .body_from_rig = rig.body_from_rig(),
-                    .settings_toml = options.sensor.settings_toml()},
+                    .settings_toml = options.sensor.settings_toml(),
+                    .is_scan = dynamic_cast<const sensors::Scanner*>(&*options.sensor) != nullptr},
            .sensor = options.sensor});
     }
   }

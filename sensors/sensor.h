@@ -50,6 +50,18 @@ class Sensor {
                        std::span<double> values) const = 0;
 };
 
+/// A kind of sensor of which each tick is a scan: any number of rows, each at its own time from the tick's to before the
+/// next one's.
+class Scanner : public Sensor {
+ public:
+  /// Of a scanner nobody asks for samples.
+  void measure(const SensorSite& site, std::span<const double> times_s,
+               std::span<double> values) const final;
+  /// ticks     whose scans are wanted
+  /// returns   rows in the order of their times
+  virtual capture::Samples scan(const SensorSite& site, const capture::TickRange& ticks) const = 0;
+};
+
 struct SensorInfo {
   std::string_view name;
   std::string_view summary;
@@ -77,7 +89,7 @@ struct MountedSensor {
   core::Choice<SensorInfo> sensor;
 
   capture::Samples measure(const scene::Scene& scene, const geo::BodyMotion& body,
-                           std::uint64_t sequence_seed, std::vector<double> times_s,
+                           std::uint64_t sequence_seed, const capture::TickRange& ticks,
                            world::RayTrail* trail) const;
 };
 

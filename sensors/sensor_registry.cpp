@@ -12,6 +12,7 @@
 // name_sensor()`.
 #define TERRACAST_SENSORS(X) \
   X(imu)                     \
+  X(lidar)                   \
   X(rangefinder)
 
 namespace terracast::sensors {
@@ -29,6 +30,11 @@ std::span<const SensorInfo> sensors() {
       core::with_plugin_rows<SensorInfo>({TERRACAST_SENSORS(TERRACAST_ENTRY)});
 #undef TERRACAST_ENTRY
   return table;
+}
+
+void Scanner::measure(const SensorSite& /*site*/, std::span<const double> /*times_s*/,
+                      std::span<double> /*values*/) const {
+  fail(ErrorKind::Internal, "a scanner was asked for samples");
 }
 
 void SensorOptions::describe(core::SchemaVisitor& visit) {
@@ -57,10 +63,10 @@ void SensorOptions::validate() const {
 }
 
 capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::BodyMotion& body,
-                                        std::uint64_t sequence_seed, std::vector<double> times_s,
+                                        std::uint64_t sequence_seed,
+                                        const capture::TickRange& ticks,
                                         world::RayTrail* trail) const {
-  capture::Samples samples{.times_s = std::move(times_s), .values = {}};
-  samples.values.resize(samples.times_s.size() * info.channels.size());
+  capture::Samples samples;
   const std::string names = info.rig + "/" + info.name;
   const SensorSite site{
       .scene = scene,
@@ -69,8 +75,17 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
       .rate_hz = info.rate_hz,
       .stream_seed = sequence_seed ^ core::content_hash64(std::as_bytes(std::span(names))),
       .trail = trail};
-  core::with_context([&] { sensor->measure(site, samples.times_s, samples.values); },
-                     fmt::format("measuring with {}", names));
+  core::with_context(
+      [&] {
+        if (const auto* const scanner = dynamic_cast<const Scanner*>(&*sensor)) {
+          samples = scanner->scan(site, ticks);
+          return;
+        }
+        samples.times_s = capture::times_of(ticks, info.rate_hz);
+        samples.values.resize(samples.times_s.size() * info.channels.size());
+        sensor->measure(site, samples.times_s, samples.values);
+      },
+      fmt::format("measuring with {}", names));
   const auto nan = std::find_if(samples.values.begin(), samples.values.end(),
                                 [](double value) { return std::isnan(value); });
   if (nan != samples.values.end()) {

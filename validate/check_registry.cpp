@@ -20,6 +20,8 @@
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(georegistration, "places of COLMAP's georegistration.txt against georeference.csv")            \
   X(inertial, "truth of IMUs, integrated from frame to frame, against the poses")                  \
+  X(lidar,                                                                                         \
+    "points of scanners: order, places by the poses between frames, against the world's tiles")    \
   X(motion, "velocity, acceleration and turn of motion.csv against the body's poses")              \
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \

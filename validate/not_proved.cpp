@@ -45,6 +45,7 @@ constexpr KnownFiles kKnownFiles[] = {
     {"", "*/moving/*.png"},
     {"", "*/sensors.json"},
     {"", "*/sensors/*.csv"},
+    {"", "*/sensors/*.npy"},
     {"", "*/calibration_true.json"},
     {"", "*/calibration_believed.json"},
     {"", "*/timestamps.csv"},

@@ -2,10 +2,13 @@
 
 #include <zip.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <memory>
 #include <string_view>
+#include <tuple>
+#include <utility>
 
 #include "core/error.h"
 #include "validate/text.h"
@@ -35,10 +38,91 @@ std::string_view header_value(std::string_view header, std::string_view key,
     if (at == std::string_view::npos) break;
     std::string_view rest = trimmed(header.substr(at + 1));
     if (rest.empty()) break;
-    const char closing = rest[0] == '(' ? ')' : ',';
+    const char closing = rest[0] == '(' ? ')' : rest[0] == '[' ? ']' : ',';
     return trimmed(rest.substr(0, std::min(rest.find(closing), rest.size())));
   }
   fail(ErrorKind::Input, "{}: the npy header has no '{}'", name, key);
+}
+
+/// Header and values of an npy.
+struct NpyParts {
+  std::string_view descr;
+  std::vector<std::size_t> shape;
+  std::size_t num_values = 0;
+  std::span<const std::byte> values;
+};
+
+NpyParts parts_of(std::span<const std::byte> bytes, const std::string& name) {
+  const auto byte_at = [&](std::size_t i) { return std::to_integer<std::size_t>(bytes[i]); };
+  if (bytes.size() < 10 || std::memcmp(bytes.data(), "\x93NUMPY", 6) != 0)
+    fail(ErrorKind::Input, "{}: not an npy file", name);
+  const std::size_t version = byte_at(6);
+  if (version < 1 || version > 3) fail(ErrorKind::Input, "{}: npy version {}", name, version);
+  std::size_t start = 10;
+  std::size_t header_size = byte_at(8) | byte_at(9) << 8;
+  if (version > 1) {
+    start = 12;
+    if (bytes.size() < start) fail(ErrorKind::Input, "{}: truncated npy header", name);
+    header_size |= byte_at(10) << 16 | byte_at(11) << 24;
+  }
+  if (header_size > bytes.size() - start) fail(ErrorKind::Input, "{}: truncated npy header", name);
+  const std::string_view header(reinterpret_cast<const char*>(bytes.data()) + start, header_size);
+
+  NpyParts parts;
+  parts.descr = header_value(header, "descr", name);
+  parts.num_values = 1;
+  if (header_value(header, "fortran_order", name) != "False")
+    fail(ErrorKind::Input, "{}: Fortran order; C order is right", name);
+  std::string_view shape = header_value(header, "shape", name);
+  if (!shape.starts_with('('))
+    fail(ErrorKind::Input, "{}: shape {} where a tuple such as (480, 640) should be", name, shape);
+  shape.remove_prefix(1);
+  for (const std::string_view part : split_at(shape, ',')) {
+    const std::string_view extent = trimmed(part);
+    if (extent.empty()) continue;
+    const std::int64_t count = parse_integer(extent, name + ": shape");
+    if (count < 0 || (count > 0 && parts.num_values > kMostBytes / static_cast<std::size_t>(count)))
+      fail(ErrorKind::Input, "{}: shape ({}) is too large", name, shape);
+    parts.shape.push_back(static_cast<std::size_t>(count));
+    parts.num_values *= static_cast<std::size_t>(count);
+  }
+  parts.values = bytes.subspan(start + header_size);
+  return parts;
+}
+
+/// That there are as many values as the shape says.
+void check_size(const NpyParts& parts, std::size_t item_size, const std::string& name) {
+  if (parts.num_values > kMostBytes / item_size ||
+      parts.values.size() != parts.num_values * item_size)
+    fail(ErrorKind::Input, "{}: {} bytes of values where its shape needs {} of {} bytes", name,
+         parts.values.size(), parts.num_values, item_size);
+}
+
+/// Kind and size of "<f4" and its like.
+std::pair<char, std::size_t> type_of(std::string_view type, const std::string& name) {
+  if (type.size() < 3) fail(ErrorKind::Input, "{}: npy type {}", name, type);
+  const bool is_little = type[0] == '<' || type[0] == '|';
+  const auto size = static_cast<std::size_t>(parse_integer(type.substr(2), name + ": item size"));
+  if (!is_little || std::string_view("fiub").find(type[1]) == std::string_view::npos || size < 1 ||
+      size > 8)
+    fail(ErrorKind::Input, "{}: npy type \"{}\"; little-endian numbers are right", name, type);
+  return {type[1], size};
+}
+
+std::string_view unquoted(std::string_view text, const std::string& name) {
+  text = trimmed(text);
+  if (text.size() < 2 || (text.front() != '\'' && text.front() != '"') ||
+      text.back() != text.front())
+    fail(ErrorKind::Input, "{}: {} in the npy header, where a word in quotes should be", name,
+         text);
+  return text.substr(1, text.size() - 2);
+}
+
+template <class Number>
+double number_at(const std::byte* at) {
+  Number number;
+  std::memcpy(&number, at, sizeof(Number));
+  return static_cast<double>(number);
 }
 
 struct ZipCloser {
@@ -81,53 +165,65 @@ std::vector<std::uint8_t> NpyArray::flags(const std::string& name) const {
 }
 
 NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name) {
-  const auto byte_at = [&](std::size_t i) { return std::to_integer<std::size_t>(bytes[i]); };
-  if (bytes.size() < 10 || std::memcmp(bytes.data(), "\x93NUMPY", 6) != 0)
-    fail(ErrorKind::Input, "{}: not an npy file", name);
-  const std::size_t version = byte_at(6);
-  if (version < 1 || version > 3) fail(ErrorKind::Input, "{}: npy version {}", name, version);
-  std::size_t start = 10;
-  std::size_t header_size = byte_at(8) | byte_at(9) << 8;
-  if (version > 1) {
-    start = 12;
-    if (bytes.size() < start) fail(ErrorKind::Input, "{}: truncated npy header", name);
-    header_size |= byte_at(10) << 16 | byte_at(11) << 24;
-  }
-  if (header_size > bytes.size() - start) fail(ErrorKind::Input, "{}: truncated npy header", name);
-  const std::string_view header(reinterpret_cast<const char*>(bytes.data()) + start, header_size);
-
+  const NpyParts parts = parts_of(bytes, name);
   NpyArray array;
-  std::string_view type = header_value(header, "descr", name);
-  if (type.size() < 5) fail(ErrorKind::Input, "{}: npy type {}", name, type);
-  type = type.substr(1, type.size() - 2);
-  const bool is_little = type[0] == '<' || type[0] == '|';
-  array.kind = type[1];
-  array.item_size = static_cast<std::size_t>(parse_integer(type.substr(2), name + ": item size"));
-  if (!is_little || std::string_view("fiub").find(array.kind) == std::string_view::npos ||
-      array.item_size < 1 || array.item_size > 8)
-    fail(ErrorKind::Input, "{}: npy type \"{}\"; little-endian numbers are right", name, type);
-  if (header_value(header, "fortran_order", name) != "False")
-    fail(ErrorKind::Input, "{}: Fortran order; C order is right", name);
-  std::string_view shape = header_value(header, "shape", name);
-  if (!shape.starts_with('('))
-    fail(ErrorKind::Input, "{}: shape {} where a tuple such as (480, 640) should be", name, shape);
-  shape.remove_prefix(1);
-  std::size_t num_bytes = array.item_size;
-  for (const std::string_view part : split_at(shape, ',')) {
-    const std::string_view extent = trimmed(part);
-    if (extent.empty()) continue;
-    const std::int64_t count = parse_integer(extent, name + ": shape");
-    if (count < 0 || (count > 0 && num_bytes > kMostBytes / static_cast<std::size_t>(count)))
-      fail(ErrorKind::Input, "{}: shape ({}) is too large", name, shape);
-    array.shape.push_back(static_cast<std::size_t>(count));
-    num_bytes *= static_cast<std::size_t>(count);
-  }
-  const std::span<const std::byte> values = bytes.subspan(start + header_size);
-  if (values.size() != num_bytes)
-    fail(ErrorKind::Input, "{}: {} bytes of values where its shape ({}) needs {}", name,
-         values.size(), shape, num_bytes);
-  array.bytes.assign(values.begin(), values.end());
+  std::tie(array.kind, array.item_size) = type_of(unquoted(parts.descr, name), name);
+  check_size(parts, array.item_size, name);
+  array.shape = parts.shape;
+  array.bytes.assign(parts.values.begin(), parts.values.end());
   return array;
+}
+
+NpyTable parse_npy_table(std::span<const std::byte> bytes, const std::string& name) {
+  const NpyParts parts = parts_of(bytes, name);
+  if (!parts.descr.starts_with('[') || parts.shape.size() != 1)
+    fail(ErrorKind::Input, "{}: not a structured array of one dimension", name);
+  NpyTable table;
+  std::string_view left = parts.descr.substr(1);
+  for (std::size_t open = left.find('('); open != std::string_view::npos; open = left.find('(')) {
+    const std::size_t close = left.find(')', open);
+    if (close == std::string_view::npos)
+      fail(ErrorKind::Input, "{}: a column of the npy header does not end", name);
+    const auto words = split_at(left.substr(open + 1, close - open - 1), ',');
+    if (words.size() != 2)
+      fail(ErrorKind::Input, "{}: a column of {} words in the npy header, not of name and type",
+           name, words.size());
+    NpyTable::Column column{.name = std::string(unquoted(words[0], name))};
+    std::tie(column.kind, column.item_size) = type_of(unquoted(words[1], name), name);
+    const bool is_float = column.kind == 'f' && (column.item_size == 4 || column.item_size == 8);
+    const bool is_count = column.kind == 'u' &&
+                          (column.item_size == 1 || column.item_size == 2 || column.item_size == 4);
+    if (!is_float && !is_count)
+      fail(ErrorKind::Input, "{}: column {} is of type {}{}", name, column.name, column.kind,
+           column.item_size);
+    column.offset = table.row_bytes;
+    table.row_bytes += column.item_size;
+    table.columns.push_back(std::move(column));
+    left = left.substr(close + 1);
+  }
+  if (table.columns.empty()) fail(ErrorKind::Input, "{}: an array without columns", name);
+  check_size(parts, table.row_bytes, name);
+  table.num_rows = parts.num_values;
+  table.bytes.assign(parts.values.begin(), parts.values.end());
+  return table;
+}
+
+std::vector<double> NpyTable::numbers(std::string_view column, const std::string& name) const {
+  const auto found = std::find_if(columns.begin(), columns.end(),
+                                  [&](const Column& one) { return one.name == column; });
+  if (found == columns.end()) fail(ErrorKind::Input, "{}: no column {}", name, column);
+  std::vector<double> values(num_rows);
+  const std::byte* at = bytes.data() + found->offset;
+  for (double& value : values) {
+    if (found->kind == 'f')
+      value = found->item_size == 4 ? number_at<float>(at) : number_at<double>(at);
+    else if (found->item_size == 1)
+      value = number_at<std::uint8_t>(at);
+    else
+      value = found->item_size == 2 ? number_at<std::uint16_t>(at) : number_at<std::uint32_t>(at);
+    at += row_bytes;
+  }
+  return values;
 }
 
 std::map<std::string, NpyArray> parse_npz(std::span<const std::byte> bytes,

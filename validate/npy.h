@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// NumPy's .npy (NEP 1, versions 1 to 3) and .npz (a zip of them).
@@ -27,6 +28,28 @@ struct NpyArray {
 /// throws  Input: not an npy, another byte order or Fortran order, more or fewer bytes than the
 ///         shape says
 NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name);
+
+/// A structured array: columns by name.
+struct NpyTable {
+  struct Column {
+    std::string name;
+    char kind = 'f';  ///< as NpyArray has it
+    std::size_t item_size = 8;
+    std::size_t offset = 0;  ///< within a row
+  };
+  std::vector<Column> columns;
+  std::size_t num_rows = 0;
+  std::size_t row_bytes = 0;
+  std::vector<std::byte> bytes;  ///< row by row
+
+  /// Of all rows, as doubles, which hold them exactly.
+  /// throws  Input: no such column
+  std::vector<double> numbers(std::string_view column, const std::string& name) const;
+};
+
+/// throws  Input: as parse_npy, or not an array of one dimension whose rows are floating-point numbers of 4 and 8 bytes
+///         and unsigned integers of 1, 2 and 4
+NpyTable parse_npy_table(std::span<const std::byte> bytes, const std::string& name);
 
 /// All arrays of an npz by name without ".npy".
 /// throws  Input: not a zip, damaged (its CRCs are checked), over 256 MiB of arrays

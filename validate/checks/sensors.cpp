@@ -34,6 +34,7 @@ void compare_times(const SensorRecord& sensor, const Sequence& sequence,
                          sensor.rate_hz);
     });
   }
+  if (sensor.is_scan) return;  // `lidar` reads them
   const double last_frame_s = (sequence.num_frames - 1) / sequence.rate_hz;
   const double end_s = sequence.num_frames / sequence.rate_hz;
   const double last_s = sensor.times_s.empty() ? -1.0 : sensor.times_s.back();

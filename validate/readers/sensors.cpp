@@ -49,9 +49,23 @@ void check_channels_of_imu(const Json& channels, const std::string& where) {
       }
 }
 
+/// The columns that every lidar has, in order.
+constexpr std::array<std::string_view, 18> kLidarChannels = {
+    "x_m",          "y_m",         "z_m",           "range_m",   "true_range_m", "spread_m",
+    "power_per_m2", "reflectance", "incidence_rad", "ring",      "pulse",        "return_number",
+    "num_returns",  "class_id",    "instance_id",   "local_x_m", "local_y_m",    "local_z_m"};
+
+void check_channels_of_lidar(const Json& channels, const std::string& where) {
+  for (std::size_t i = 0; i < kLidarChannels.size(); ++i)
+    if (channels.size() != kLidarChannels.size() ||
+        channels.at(i).at("name").string() != kLidarChannels[i])
+      fail(ErrorKind::Input, "{}: channel {} of a lidar is {}", where, i, kLidarChannels[i]);
+}
+
 /// A rangefinder has one channel; those of plug-ins are called, and measured in, what they like.
 void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
   if (kind == "imu") check_channels_of_imu(channels, where);
+  if (kind == "lidar") check_channels_of_lidar(channels, where);
   if (kind != "rangefinder") return;
   if (channels.size() != 1 || channels.at(0).at("name").string() != "range_m" ||
       channels.at(0).at("unit").string() != "m")
@@ -112,16 +126,19 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (sensor.kind != "rangefinder" && sensor.kind != "imu" &&
+  if (sensor.kind != "rangefinder" && sensor.kind != "imu" && sensor.kind != "lidar" &&
       sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
-  const std::string file = json.at("file").string();
-  if (file != fmt::format("sensors/{}/{}.csv", sensor.rig, sensor.name))
-    fail(ErrorKind::Input, "{}: its file is {}; sensors/RIG/NAME.csv is right", where,
-         core::first_letters(file, 100));
+  sensor.is_scan = json.has("folder");
+  const std::string file = json.at(sensor.is_scan ? "folder" : "file").string();
+  if (file != fmt::format("sensors/{}/{}{}", sensor.rig, sensor.name, sensor.is_scan ? "" : ".csv"))
+    fail(ErrorKind::Input, "{}: its file is {}; sensors/RIG/NAME{} is right", where,
+         core::first_letters(file, 100), sensor.is_scan ? "" : ".csv");
+  if ((sensor.kind == "lidar") != sensor.is_scan && sensor.kind.find('.') == std::string::npos)
+    fail(ErrorKind::Input, "{}: a lidar has a folder of scans, other kinds a file", where);
   sensor.file = sequence.path + "/" + file;
-  if (!dataset.files.contains(sensor.file))
+  if (!sensor.is_scan && !dataset.files.contains(sensor.file))
     fail(ErrorKind::Input, "{}: {} is not in dataset.json", where, sensor.file);
   sensor.rate_hz = json.at("rate_hz").number();
   if (!(sensor.rate_hz > 0.0)) fail(ErrorKind::Input, "{}: rate_hz = {}", where, sensor.rate_hz);
@@ -132,20 +149,42 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   if (!channels.is_array()) fail(ErrorKind::Input, "{}: channels are no list", where);
   check_channels(sensor.kind, channels, where);
   sensor.num_channels = channels.size();
-  for (std::size_t i = 0; i < channels.size(); ++i)
-    header += "," + channels.at(i).at("name").string();
-  if (sensor.kind == "rangefinder") {
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    sensor.channels.push_back(channels.at(i).at("name").string());
+    header += "," + sensor.channels.back();
+  }
+  if (sensor.kind == "rangefinder" || sensor.kind == "lidar") {
     const std::string settings = json.at("settings_toml").string();
     sensor.least_range_m = setting_of(settings, "least_range_m", where);
     sensor.most_range_m = setting_of(settings, "most_range_m", where);
   }
   if (sensor.kind == "imu")
     sensor.is_integrated = is_integrated(json.at("settings_toml").string(), where);
-  read_samples(dataset, header, sensor);
+  if (sensor.kind == "lidar") {
+    const std::string settings = json.at("settings_toml").string();
+    sensor.num_rays = static_cast<std::int64_t>(setting_of(settings, "rays", where));
+    sensor.range_noise_m = setting_of(settings, "range_noise_m", where);
+    sensor.range_step_m = setting_of(settings, "range_step_m", where);
+  }
+  if (!sensor.is_scan) read_samples(dataset, header, sensor);
   return sensor;
 }
 
 }  // namespace
+
+NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame) {
+  const std::string path = fmt::format("{}/{:06}.npy", scanner.file, frame);
+  if (!dataset.files.contains(path))
+    fail(ErrorKind::Input, "{}: frame {}'s scans are missing", path, frame);
+  NpyTable table = parse_npy_table(core::read_file(dataset.root / path), path);
+  bool are_same =
+      table.columns.size() == scanner.channels.size() + 1 && table.columns.front().name == "time_s";
+  for (std::size_t k = 0; are_same && k < scanner.channels.size(); ++k)
+    are_same = table.columns[k + 1].name == scanner.channels[k];
+  if (!are_same)
+    fail(ErrorKind::Input, "{}: other columns than time_s and those of sensors.json", path);
+  return table;
+}
 
 std::vector<SensorRecord> read_sensors(const Dataset& dataset, const Sequence& sequence) {
   const std::string path = sequence.path + "/sensors.json";

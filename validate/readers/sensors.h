@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "validate/dataset.h"
+#include "validate/npy.h"
 
 namespace terracast::validate {
 
@@ -20,7 +21,16 @@ struct SensorRecord {
   std::vector<double> times_s;
   std::vector<double> values;  ///< of all channels, sample by sample; may be infinite
   std::size_t num_channels = 0;
+  bool is_scan = false;  ///< `file` is the folder of its scans; times and values stay there
+  /// Of a lidar's settings.
+  std::int64_t num_rays = 1;
+  double range_noise_m = 0.0, range_step_m = 0.0;
+  std::vector<std::string> channels;  ///< names
 };
+
+/// The scans of a scanner that begin from a frame's time to before the next one's.
+/// throws   Input: other columns than sensors.json says; as parse_npy_table(); Io
+NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame);
 
 /// Reads sensors.json of a sequence and the samples that it names; of a kind that is not known, too.
 /// returns  nothing where the sequence has none
