@@ -20,6 +20,7 @@
 #include "rigs/rig_format.h"
 #include "rigs/rig_template.h"
 #include "scene/media/medium.h"
+#include "sensors/lidar/pattern.h"
 #include "sensors/sensor.h"
 #include "tiler/elevation_registry.h"
 #include "tiler/layer.h"
@@ -129,6 +130,17 @@ std::vector<KeyInfo> keys_of_local_recordings() {
   return local;
 }
 
+/// Without those of a lidar's default pattern, which stand with the others'.
+std::vector<KeyInfo> keys_of_sensor(const sensors::SensorInfo& kind) {
+  constexpr const char* kPrefix = "rigs[].sensors[].";
+  std::vector<KeyInfo> keys = keys_of(*core::made(kind.make(), "sensor", kind.name), kPrefix);
+  if (kind.name != "lidar") return keys;
+  for (const auto& pattern : sensors::lidar::scan_patterns())
+    for (const KeyInfo& of_pattern : keys_of(*pattern.make(), kPrefix))
+      std::erase_if(keys, [&](const KeyInfo& key) { return key.name == of_pattern.name; });
+  return keys;
+}
+
 /// Keys that come with a kind of layer or trajectory, a template of rigs, a format of recordings or exports, a
 /// camera model, by the name of their heading.
 std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
@@ -153,9 +165,10 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
                         keys_of(lens, "rigs[].cameras[]."));
   }
   for (const auto& kind : sensors::sensors())
-    result.emplace_back(
-        fmt::format("sensors of kind {}", kind.name),
-        keys_of(*core::made(kind.make(), "sensor", kind.name), "rigs[].sensors[]."));
+    result.emplace_back(fmt::format("sensors of kind {}", kind.name), keys_of_sensor(kind));
+  for (const auto& pattern : sensors::lidar::scan_patterns())
+    result.emplace_back(fmt::format("lidars of pattern {}", pattern.name),
+                        keys_of(*pattern.make(), "rigs[].sensors[]."));
   for (const auto& kind : scene::media())
     result.emplace_back(
         fmt::format("media of kind {}", kind.name),

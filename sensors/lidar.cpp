@@ -83,6 +83,10 @@ enum Column : std::size_t {
 
 class Lidar : public Scanner {
  public:
+  Lidar() {
+    pattern_options_.set(pattern_,
+                         core::find_registered(lidar::scan_patterns(), "pattern", pattern_).make());
+  }
   void describe(core::SchemaVisitor& visit) override;
   void validate() const override;
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Lidar>(*this); }
@@ -104,7 +108,8 @@ class Lidar : public Scanner {
   /// Of a return that is just found.
   double least_power() const;
 
-  core::Choice<lidar::ScanPatternInfo> pattern_;
+  std::string pattern_ = "spinning";
+  core::KindOptions<lidar::ScanPatternInfo> pattern_options_;
   lidar::BeamOptions beam_;
   Reflectances reflectances_;
   double least_range_m_ = 0.5;
@@ -118,9 +123,9 @@ class Lidar : public Scanner {
 };
 
 void Lidar::describe(core::SchemaVisitor& visit) {
-  pattern_.describe(visit, "pattern", "pattern",
-                    "How the beam is led; it decides further keys (docs/sensors.md).",
-                    lidar::scan_patterns());
+  visit.key("pattern", pattern_, "How the beam is led; it decides further keys.",
+            core::one_of(core::registry_names(lidar::scan_patterns())));
+  pattern_options_.describe(visit, lidar::scan_patterns(), "pattern", pattern_);
   beam_.describe(visit);
   visit.key("least_range_m", least_range_m_, "What is nearer is passed over.",
             core::between(0.0, 1e5));
@@ -151,7 +156,7 @@ void Lidar::describe(core::SchemaVisitor& visit) {
 }
 
 void Lidar::validate() const {
-  pattern_.validate();
+  pattern_options_.validate();
   beam_.validate();
   if (!(least_range_m_ < most_range_m_))
     fail(ErrorKind::Config,
@@ -244,6 +249,7 @@ void Lidar::find_returns(std::size_t first_ray, BlockScratch& scratch) const {
     if (hit.is_sky()) continue;
     const double power = beam[k].weight * power_of(hit, scratch.rays[first_ray + k].direction_world,
                                                    scratch.classes[first_ray + k]);
+    if (!(power > 0.0)) continue;
     scratch.echoes.push_back({.range_m = hit.t, .power = power, .ray = first_ray + k});
   }
   constexpr double kLight_mps = 299792458.0;
@@ -303,7 +309,7 @@ capture::Samples Lidar::scan(const SensorSite& site, const capture::TickRange& t
   capture::Samples rows;
   core::ScratchPool<BlockScratch> pool;
   for (std::int64_t tick = ticks.first; tick < ticks.end; ++tick) {
-    const std::vector<lidar::Pulse> pulses = pattern_->pulses(tick, site.rate_hz);
+    const std::vector<lidar::Pulse> pulses = pattern_options_->pulses(tick, site.rate_hz);
     const auto num_pulses = static_cast<std::int64_t>(pulses.size());
     std::vector<capture::Samples> blocks(
         static_cast<std::size_t>((num_pulses + kBlock - 1) / kBlock));

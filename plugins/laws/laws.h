@@ -38,6 +38,10 @@ struct LawScene {
 void try_sensor(const core::Choice<sensors::SensorInfo>& sensor, const LawScene& world,
                 LawReport& report);
 
+/// The same of scans, whose rows besides follow each other within the time of their scan.
+void try_scanner(const core::Choice<sensors::SensorInfo>& sensor, const sensors::Scanner& scanner,
+                 const LawScene& world, LawReport& report);
+
 /// Light is passed on in shares from 0 to 1, the smaller the farther; light that is added is finite and not negative; the
 /// same ray has the same light.
 void try_medium(const core::Choice<scene::MediumInfo>& medium, const LawScene& world,

@@ -148,6 +148,8 @@ class SensorLaws {
 
 void try_sensor(const core::Choice<sensors::SensorInfo>& sensor, const LawScene& world,
                 LawReport& report) {
+  if (const auto* const scanner = dynamic_cast<const sensors::Scanner*>(&*sensor))
+    return try_scanner(sensor, *scanner, world, report);
   SensorLaws(sensor, world, report).try_all();
 }
 

@@ -323,7 +323,6 @@ TEST(Lidar, KeysThatContradictEachOtherAreRefused) {
                  [&] { rigs::mount_sensors({rig_with(folder.path(), head + keys)}); });
   };
   refuse_all("pattern = \"spiral\"\n", {"spiral", "spinning"});
-  refuse_all("", {"pattern"});
   refuse_all("pattern = \"spinning\"\nelevation_deg = []\n", {"1 to 4096 lasers"});
   refuse_all("pattern = \"spinning\"\nelevation_deg = [nan]\n", {"elevation_deg[0] = nan"});
   refuse_all("pattern = \"spinning\"\ncolumns = 0\n", {"cycle_us and columns"});

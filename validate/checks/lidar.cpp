@@ -80,6 +80,26 @@ class Scans {
   std::map<std::string, std::vector<double>> columns_;
 };
 
+/// A head's laser looks at one elevation.
+void compare_ring(const SensorRecord& lidar, const Scans& scans, std::size_t row,
+                  FileContradictions& found) {
+  if (lidar.elevations_deg.empty()) return;
+  const auto ring = static_cast<std::size_t>(scans.at("ring", row));
+  const Vector3d point = scans.point("", row);
+  const double range_m = point.norm();
+  if (ring < lidar.elevations_deg.size() && !(range_m > 2.0 * lidar.beams_within_m)) return;
+  // By where the beam begins, as the point sees it.
+  const double off_deg = degrees_from_radians(std::asin(lidar.beams_within_m / range_m)) + 1e-9;
+  const double elevation_deg =
+      degrees_from_radians(std::asin(std::clamp(point.z() / range_m, -1.0, 1.0)));
+  found.expect(ring < lidar.elevations_deg.size() &&
+                   std::abs(elevation_deg - lidar.elevations_deg[ring]) <= off_deg,
+               [&] {
+                 return fmt::format("{}: row {} of ring {} is {:.3f} deg above the horizon",
+                                    scans.name(), row, ring, elevation_deg);
+               });
+}
+
 /// What rows must say of each other, whatever the world.
 void compare_rows(const SensorRecord& lidar, const Sequence& sequence, int frame,
                   const Scans& scans, FileContradictions& found) {
@@ -114,6 +134,7 @@ void compare_rows(const SensorRecord& lidar, const Sequence& sequence, int frame
     found.expect(at("incidence_rad") >= 0.0 && at("incidence_rad") <= 1.5707964,
                  [&] { return say("has an angle of incidence beyond a right one"); });
     found.expect(at("spread_m") >= 0.0, [&] { return say("has a spread below 0"); });
+    compare_ring(lidar, scans, i, found);
     if (i == 0) continue;
     const double later_s = at("time_s") - scans.at("time_s", i - 1);
     found.expect(later_s >= 0.0, [&] { return say("is earlier than the one before"); });
@@ -266,7 +287,8 @@ class LidarChecker : public Checker {
         "returns, ranges, noise, power.",
         num_rows_, lidars.size());
     rows.reason = "They are told by the sensor's own rules.";
-    rows.detects = "a file of another frame, rows in another order, a range beyond its noise";
+    rows.detects =
+        "a file of another frame, rows or rings in another order, a range beyond its noise";
     return {rows, deskewed(), on_world(sequence)};
   }
 

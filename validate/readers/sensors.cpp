@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -110,6 +111,36 @@ double setting_of(const std::string& toml, const std::string& key, const std::st
   return parse_number(words_of(toml, key, where), where);
 }
 
+/// Of a list of numbers in one line, "[1.0, 2.0]".
+std::vector<double> settings_of(const std::string& toml, const std::string& key,
+                                const std::string& where) {
+  const std::string words = words_of(toml, key, where);
+  if (words.size() < 2 || words.front() != '[' || words.back() != ']')
+    fail(ErrorKind::Input, "{}: {} of settings_toml is no list", where, key);
+  std::vector<double> numbers;
+  const std::string_view inside = std::string_view(words).substr(1, words.size() - 2);
+  for (const std::string_view cell : split_at(inside, ','))
+    if (!trimmed(cell).empty()) numbers.push_back(parse_number(trimmed(cell), where));
+  return numbers;
+}
+
+void read_settings_of_lidar(const std::string& toml, const std::string& where,
+                            SensorRecord& sensor) {
+  sensor.num_rays = static_cast<std::int64_t>(setting_of(toml, "rays", where));
+  sensor.range_noise_m = setting_of(toml, "range_noise_m", where);
+  sensor.range_step_m = setting_of(toml, "range_step_m", where);
+  if (words_of(toml, "pattern", where) != "\"spinning\"") return;
+  sensor.elevations_deg = settings_of(toml, "elevation_deg", where);
+  double within_mm = std::abs(setting_of(toml, "origin_mm", where));
+  for (const char* key : {"vertical_mm", "across_mm"}) {
+    double most_mm = 0.0;
+    for (const double off_mm : settings_of(toml, key, where))
+      most_mm = std::max(most_mm, std::abs(off_mm));
+    within_mm += most_mm;
+  }
+  sensor.beams_within_m = 1e-3 * within_mm;
+}
+
 bool is_integrated(const std::string& toml, const std::string& where) {
   const std::string sampling = words_of(toml, "sampling", where);
   if (sampling != "\"instant\"" && sampling != "\"integrated\"")
@@ -160,12 +191,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   }
   if (sensor.kind == "imu")
     sensor.is_integrated = is_integrated(json.at("settings_toml").string(), where);
-  if (sensor.kind == "lidar") {
-    const std::string settings = json.at("settings_toml").string();
-    sensor.num_rays = static_cast<std::int64_t>(setting_of(settings, "rays", where));
-    sensor.range_noise_m = setting_of(settings, "range_noise_m", where);
-    sensor.range_step_m = setting_of(settings, "range_step_m", where);
-  }
+  if (sensor.kind == "lidar")
+    read_settings_of_lidar(json.at("settings_toml").string(), where, sensor);
   if (!sensor.is_scan) read_samples(dataset, header, sensor);
   return sensor;
 }

@@ -25,6 +25,9 @@ struct SensorRecord {
   /// Of a lidar's settings.
   std::int64_t num_rays = 1;
   double range_noise_m = 0.0, range_step_m = 0.0;
+  std::vector<double>
+      elevations_deg;                 ///< of rings, where the head spins; empty: of another pattern
+  double beams_within_m = 0.0;        ///< so far from the sensor's middle they begin, at most
   std::vector<std::string> channels;  ///< names
 };
 
