@@ -22,9 +22,11 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
 /// (export/imaging_record.h), of how bodies move under rolling shutters (export/motion_record.h) and of errors of
 /// rigs (export/calibration.h), and of sensors beside cameras (export/sensor_record.h).
 /// folder    of the sequence, relative to the dataset
-/// throws    Io
+/// clouds    forms of clouds of lidars besides (export/clouds/cloud.h): Exporter::clouds
+/// throws    Io; as write_clouds()
 void write_additions(DatasetWriter& writer, const std::string& folder,
                      const capture::SequenceReader& sequence,
-                     const std::vector<ExportedCamera>& cameras);
+                     const std::vector<ExportedCamera>& cameras,
+                     const std::vector<std::string>& clouds = {});
 
 }  // namespace terracast::exporters

@@ -34,6 +34,8 @@ struct TrackPointsWanted {
 class Exporter {
  public:
   virtual ~Exporter() = default;
+  /// Forms in which clouds of lidars are written beside their scans (export/clouds/cloud.h); every format takes them.
+  std::vector<std::string> clouds = {};
   virtual void describe(core::SchemaVisitor& visit) = 0;
   virtual std::unique_ptr<Exporter> clone() const = 0;
 
@@ -94,6 +96,7 @@ struct ExportOptions {
   const Exporter& exporter() const { return *exporter_; }
 
  private:
+  std::vector<std::string> clouds_;
   core::KindOptions<ExporterInfo> exporter_;
 };
 

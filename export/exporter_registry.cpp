@@ -2,6 +2,7 @@
 
 #include "core/plugin_rows.h"
 #include "core/registry.h"
+#include "export/clouds/cloud.h"
 #include "export/exporter.h"
 
 // Every exporter, in alphabetical order: X(name) is export/name.cpp, which defines `ExporterInfo
@@ -39,6 +40,15 @@ void ExportOptions::describe(core::SchemaVisitor& visit) {
             core::required(core::one_of(core::registry_names(exporters()))));
   // A list of keys without a config has none.
   if (!format.empty()) exporter_.describe(visit, exporters(), "export format", format);
+  visit.key(
+      "clouds", clouds_,
+      "Also write clouds of lidars as other programs read them: las (LAS 1.4, a map of UTM), pcd "
+      "and ply (a file a frame, in the poses' frame). They stand beside the scans.",
+      core::one_of(cloud_forms()));
+  if (!exporter_.is_made() || exporter_->clouds == clouds_) return;
+  std::unique_ptr<Exporter> with_clouds = exporter_->clone();
+  with_clouds->clouds = clouds_;
+  exporter_.set(format, std::move(with_clouds));
 }
 
 }  // namespace terracast::exporters

@@ -45,17 +45,16 @@ std::vector<capture::StreamChannel> local_channels(std::vector<capture::StreamCh
 capture::Samples local_scans(const capture::StreamInfo& stream, const LocalFrame& local,
                              capture::Samples scans) {
   const std::size_t num_channels = stream.channels.size();
-  std::vector<std::size_t> xyz;
-  for (const char* name : {"world_x_m", "world_y_m", "world_z_m"})
-    for (std::size_t k = 0; k < num_channels; ++k)
-      if (stream.channels[k].name == name) xyz.push_back(k);
-  if (xyz.size() != 3) return scans;
-  for (std::size_t row = 0; row < scans.values.size(); row += num_channels) {
-    double* const values = &scans.values[row];
-    const Eigen::Vector3d point =
-        local.local_from_world * Eigen::Vector3d(values[xyz[0]], values[xyz[1]], values[xyz[2]]);
-    for (int axis = 0; axis < 3; ++axis) values[xyz[static_cast<std::size_t>(axis)]] = point[axis];
-  }
+  // Where three coordinates of a place begin.
+  std::vector<std::size_t> places;
+  for (std::size_t k = 0; k + 2 < num_channels; ++k)
+    if (stream.channels[k].name.starts_with(kWorld) && stream.channels[k].name.ends_with("x_m"))
+      places.push_back(k);
+  for (std::size_t row = 0; row < scans.values.size(); row += num_channels)
+    for (const std::size_t place : places) {
+      Eigen::Map<Eigen::Vector3d> point(&scans.values[row + place]);
+      point = local.local_from_world * Eigen::Vector3d(point);
+    }
   return scans;
 }
 

@@ -78,6 +78,9 @@ enum Column : std::size_t {
   kWorldX,
   kWorldY,
   kWorldZ,
+  kOriginX,
+  kOriginY,
+  kOriginZ,
   kNumColumns
 };
 
@@ -190,7 +193,10 @@ std::vector<capture::StreamChannel> Lidar::channels() const {
           {.name = "instance_id", .unit = "", .type = NumberType::Count32},
           {.name = "world_x_m", .unit = "m", .type = kReal},
           {.name = "world_y_m", .unit = "m", .type = kReal},
-          {.name = "world_z_m", .unit = "m", .type = kReal}};
+          {.name = "world_z_m", .unit = "m", .type = kReal},
+          {.name = "world_origin_x_m", .unit = "m", .type = kReal},
+          {.name = "world_origin_y_m", .unit = "m", .type = kReal},
+          {.name = "world_origin_z_m", .unit = "m", .type = kReal}};
 }
 
 double Lidar::power_of(const world::SurfaceHit& hit, const Vector3d& direction_world,
@@ -277,6 +283,7 @@ void Lidar::scan_block(const SensorSite& site, std::span<const lidar::Pulse> pul
                        static_cast<std::uint64_t>(first) + i)));
       if (range_step_m_ > 0.0) range_m = range_step_m_ * std::round(range_m / range_step_m_);
       const Vector3d shown = pulse.origin_m + range_m * pulse.direction;
+      const Vector3d origin_world = scratch.poses[i] * pulse.origin_m;
       const Vector3d point_world =
           scratch.poses[i] * (pulse.origin_m + one.range_m * pulse.direction);
       const world::SurfaceHit& hit = scratch.hits[one.ray];
@@ -288,6 +295,7 @@ void Lidar::scan_block(const SensorSite& site, std::span<const lidar::Pulse> pul
       for (int axis = 0; axis < 3; ++axis) {
         values[kX + static_cast<std::size_t>(axis)] = shown[axis];
         values[kWorldX + static_cast<std::size_t>(axis)] = point_world[axis];
+        values[kOriginX + static_cast<std::size_t>(axis)] = origin_world[axis];
       }
       values[kRange] = range_m;
       values[kTrueRange] = one.range_m;

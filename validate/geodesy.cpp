@@ -63,4 +63,37 @@ Pose ecef_from_local(const Geodetic& origin) {
   return {enu_from_ecef(origin).transpose(), ecef_from_geodetic(origin)};
 }
 
+Eigen::Vector2d utm_from_geodetic(int epsg, double lat_deg, double lon_deg) {
+  constexpr double kScale = 0.9996, kFalseEasting_m = 5e5, kFalseNorthing_m = 1e7;
+  const double flattening = 1.0 / 298.257223563;
+  const double n = flattening / (2.0 - flattening);
+  const double e = std::sqrt(flattening * (2.0 - flattening));
+  const double n2 = n * n, n3 = n2 * n, n4 = n3 * n, n5 = n4 * n, n6 = n5 * n;
+  const double radius_m = 6378137.0 / (1.0 + n) * (1.0 + n2 / 4.0 + n4 / 64.0 + n6 / 256.0);
+  const std::array<double, 6> alpha = {
+      n / 2.0 - 2.0 * n2 / 3.0 + 5.0 * n3 / 16.0 + 41.0 * n4 / 180.0 - 127.0 * n5 / 288.0 +
+          7891.0 * n6 / 37800.0,
+      13.0 * n2 / 48.0 - 3.0 * n3 / 5.0 + 557.0 * n4 / 1440.0 + 281.0 * n5 / 630.0 -
+          1983433.0 * n6 / 1935360.0,
+      61.0 * n3 / 240.0 - 103.0 * n4 / 140.0 + 15061.0 * n5 / 26880.0 + 167603.0 * n6 / 181440.0,
+      49561.0 * n4 / 161280.0 - 179.0 * n5 / 168.0 + 6601661.0 * n6 / 7257600.0,
+      34729.0 * n5 / 80640.0 - 3418889.0 * n6 / 1995840.0,
+      212378941.0 * n6 / 319334400.0};
+  const double meridian_deg = 6.0 * (epsg % 100) - 183.0;
+  const double lon = std::remainder(lon_deg - meridian_deg, 360.0) * kPi / 180.0;
+  const double tau = std::tan(lat_deg * kPi / 180.0);
+  const double sigma = std::sinh(e * std::atanh(e * tau / std::hypot(1.0, tau)));
+  const double conformal = tau * std::hypot(1.0, sigma) - sigma * std::hypot(1.0, tau);
+  const double xi = std::atan2(conformal, std::cos(lon));
+  const double eta = std::asinh(std::sin(lon) / std::hypot(conformal, std::cos(lon)));
+  double north = xi, east = eta;
+  for (std::size_t j = 0; j < alpha.size(); ++j) {
+    const double twice = 2.0 * static_cast<double>(j + 1);
+    north += alpha[j] * std::sin(twice * xi) * std::cosh(twice * eta);
+    east += alpha[j] * std::cos(twice * xi) * std::sinh(twice * eta);
+  }
+  return {kFalseEasting_m + kScale * radius_m * east,
+          (epsg >= 32700 ? kFalseNorthing_m : 0.0) + kScale * radius_m * north};
+}
+
 }  // namespace terracast::validate

@@ -24,4 +24,9 @@ Eigen::Matrix3d enu_from_ecef(const Geodetic& place);
 /// The tangent frame (east, north, up) at an origin, as a rigid motion.
 Pose ecef_from_local(const Geodetic& origin);
 
+/// Easting and northing of a place on the map of a zone of UTM.
+/// epsg      32601 to 32660, 32701 to 32760
+/// accuracy  1e-8 m within 4000 km of the zone's meridian: Krüger's series to the sixth order (Karney 2011, J. Geodesy 85)
+Eigen::Vector2d utm_from_geodetic(int epsg, double lat_deg, double lon_deg);
+
 }  // namespace terracast::validate

@@ -14,6 +14,7 @@
 #include "validate/body_pose.h"
 #include "validate/checks/checker.h"
 #include "validate/checks/contradictions.h"
+#include "validate/checks/lidar_clouds.h"
 #include "validate/geometry.h"
 #include "validate/oracle/shown_geometry.h"
 #include "validate/oracle_view.h"
@@ -267,7 +268,9 @@ struct WorstShare {
 class LidarChecker : public Checker {
  public:
   explicit LidarChecker(const ValidateOptions& options)
-      : world_(options.world), seed_(static_cast<std::uint64_t>(options.seed)) {}
+      : world_(options.world),
+        seed_(static_cast<std::uint64_t>(options.seed)),
+        undulation_m_(options.undulation_m) {}
 
   std::vector<CheckResult> finish(const Dataset& dataset, const Sequence& sequence) override {
     std::vector<SensorRecord> lidars;
@@ -280,11 +283,14 @@ class LidarChecker : public Checker {
     std::erase_if(lidars, [](const SensorRecord& sensor) { return sensor.kind != "lidar"; });
     if (lidars.empty()) return {skipped_result("lidar", "there is no lidar")};
     open_world(dataset, sequence);
-    for (const SensorRecord& lidar : lidars) compare(dataset, sequence, lidar);
+    for (const SensorRecord& lidar : lidars) {
+      compare(dataset, sequence, lidar);
+      compare_clouds_of(dataset, sequence, lidar);
+    }
     CheckResult rows = rows_.result("lidar");
     rows.summary = fmt::format(
         "What {} points of {} scanners say of themselves and of those beside them: times, pulses, "
-        "returns, ranges, noise, power.",
+        "returns, ranges, noise, power; and clouds of other forms beside them.",
         num_rows_, lidars.size());
     rows.reason = "They are told by the sensor's own rules.";
     rows.detects =
@@ -348,6 +354,16 @@ class LidarChecker : public Checker {
                              placed->local_from_body * lidar.body_from_sensor.translation, place);
       }
       num_beams_ += lidar.num_rays == 1 ? 0 : 1;
+    }
+  }
+
+  void compare_clouds_of(const Dataset& dataset, const Sequence& sequence,
+                         const SensorRecord& lidar) {
+    try {
+      compare_clouds(dataset, sequence, lidar, undulation_m_, rows_);
+    } catch (const core::Error& error) {
+      // Scans that cannot be read were told of already.
+      if (error.kind() != core::ErrorKind::Input) throw;
     }
   }
 
@@ -437,6 +453,7 @@ class LidarChecker : public Checker {
 
   std::filesystem::path world_;
   std::uint64_t seed_;
+  Undulation undulation_m_;
   std::optional<ExactWorld> exact_;
   std::string no_world_;
   Pose world_from_local_;

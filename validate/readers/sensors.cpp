@@ -51,10 +51,10 @@ void check_channels_of_imu(const Json& channels, const std::string& where) {
 }
 
 /// The columns that every lidar has, in order.
-constexpr std::array<std::string_view, 18> kLidarChannels = {
+constexpr std::array<std::string_view, 21> kLidarChannels = {
     "x_m",          "y_m",         "z_m",           "range_m",   "true_range_m", "spread_m",
     "power_per_m2", "reflectance", "incidence_rad", "ring",      "pulse",        "return_number",
-    "num_returns",  "class_id",    "instance_id",   "local_x_m", "local_y_m",    "local_z_m"};
+    "num_returns",  "class_id",    "instance_id",   "local_x_m", "local_y_m",    "local_z_m", "local_origin_x_m", "local_origin_y_m", "local_origin_z_m"};
 
 void check_channels_of_lidar(const Json& channels, const std::string& where) {
   for (std::size_t i = 0; i < kLidarChannels.size(); ++i)
