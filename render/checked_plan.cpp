@@ -50,7 +50,23 @@ capture::ShownGeometry geometry_of(const SequencePlan& plan, const world::TileSt
   return geometry;
 }
 
+/// throws   Config: more points a frame than fit
+void check_scans(const SequencePlan& plan) {
+  for (const sensors::MountedSensor& sensor : plan.sensors) {
+    const auto* const scanner = dynamic_cast<const sensors::Scanner*>(&*sensor.sensor);
+    if (scanner == nullptr) continue;
+    const double rows = scanner->rows_per_s(sensor.info.rate_hz) / plan.rate_hz;
+    if (!(rows <= sensors::Scanner::kMostRows))
+      core::fail(core::ErrorKind::Config,
+                 "sequence {}: {}/{} has up to {:.3g} points in the {} s from a frame to the next, "
+                 "and {:.3g} fit; take a higher rate_hz of the trajectory",
+                 plan.name, sensor.info.rig, sensor.info.name, rows, 1.0 / plan.rate_hz,
+                 sensors::Scanner::kMostRows);
+  }
+}
+
 std::vector<capture::StreamInfo> streams_of(const SequencePlan& plan) {
+  check_scans(plan);
   std::vector<capture::StreamInfo> streams;
   for (const sensors::MountedSensor& sensor : plan.sensors) streams.push_back(sensor.info);
   return streams;

@@ -1,6 +1,6 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/random.h"
@@ -45,7 +45,7 @@ struct Reflectances {
   }
 };
 
-/// Where the pulses of a block go, and what they meet.
+/// Buffers for the rays of a block and their hits.
 struct BlockScratch {
   std::vector<Vector3d> directions;
   std::vector<geo::Rigid3d> poses;  ///< world_from_sensor, of each pulse
@@ -58,7 +58,7 @@ struct BlockScratch {
   std::vector<lidar::Return> returns;
 };
 
-/// By channels(), after the time.
+/// The channels, in the order of channels().
 enum Column : std::size_t {
   kX,
   kY,
@@ -94,12 +94,18 @@ class Lidar : public Scanner {
   void validate() const override;
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Lidar>(*this); }
   std::vector<capture::StreamChannel> channels() const override;
+  double rows_per_s(double rate_hz) const override {
+    return static_cast<double>(most_returns_) * pattern_options_->pulses_per_s(rate_hz);
+  }
   capture::Samples scan(const SensorSite& site, const capture::TickRange& ticks) const override;
 
  private:
-  static constexpr std::int64_t kBlock = 512;  // pulses; a few milliseconds of them
+  /// Pulses that are cast together: of so many, and within so long, the moving bodies' states go on from one frame's.
+  static constexpr std::int64_t kBlock = 512;
+  static constexpr double kBlock_s = 0.01;
   enum Draw : std::uint64_t { kTurn, kNoise };
 
+  static std::vector<std::int64_t> blocks_of(std::span<const lidar::Pulse> pulses);
   void scan_block(const SensorSite& site, std::span<const lidar::Pulse> pulses,
                   std::uint64_t stream, std::int64_t first, capture::Samples& rows,
                   BlockScratch& scratch) const;
@@ -108,7 +114,7 @@ class Lidar : public Scanner {
   void find_returns(std::size_t first_ray, BlockScratch& scratch) const;
   double power_of(const world::SurfaceHit& hit, const Vector3d& direction_world,
                   core::SemanticClass surface) const;
-  /// Of a return that is just found.
+  /// The least power of an echo that is found.
   double least_power() const;
 
   std::string pattern_ = "spinning";
@@ -130,9 +136,9 @@ void Lidar::describe(core::SchemaVisitor& visit) {
             core::one_of(core::registry_names(lidar::scan_patterns())));
   pattern_options_.describe(visit, lidar::scan_patterns(), "pattern", pattern_);
   beam_.describe(visit);
-  visit.key("least_range_m", least_range_m_, "What is nearer is passed over.",
+  visit.key("least_range_m", least_range_m_, "What is nearer ends the beam without a point.",
             core::between(0.0, 1e5));
-  visit.key("most_range_m", most_range_m_, "What is farther is not found.",
+  visit.key("most_range_m", most_range_m_, "What is farther has no point.",
             core::between(1e-3, 1e6));
   visit.key("range_at_10_percent_m", range_at_10_percent_m_,
             "So far off a wall that throws back a tenth is just found; what brings back less power "
@@ -141,17 +147,16 @@ void Lidar::describe(core::SchemaVisitor& visit) {
   visit.key("extinction_per_km", extinction_per_km_,
             "Of the air at the laser's wavelength; light is lost there and back.",
             core::between(0.0, 1e4));
-  visit.key(
-      "most_returns", most_returns_,
-      "Returns of a pulse that are told, the nearest first; they take a beam of several rays.",
-      core::between(1.0, 15.0));
+  visit.key("most_returns", most_returns_,
+            "Points of a pulse, the nearest first; more than 1 take a beam of several rays.",
+            core::between(1.0, 15.0));
   visit.key("pulse_ns", pulse_ns_,
             "Length of a pulse (full width at half its height). Echoes that lie nearer behind each "
             "other than light goes in half of it are one return.",
             core::between(0.0, 1e4));
   visit.key("range_noise_m", range_noise_m_, "Standard deviation of a range's noise.",
             core::between(0.0, 100.0));
-  visit.key("range_step_m", range_step_m_, "Step of the ranges that are told; 0: none.",
+  visit.key("range_step_m", range_step_m_, "Step of the measured ranges; 0: none.",
             core::between(0.0, 100.0));
   visit.section("reflectances", reflectances_,
                 "Shares of light that surfaces throw back at the laser's wavelength, evenly to all "
@@ -232,7 +237,6 @@ void Lidar::cast(const SensorSite& site, std::span<const lidar::Pulse> pulses, s
     for (const Vector3d& direction : scratch.directions) {
       scratch.rays.push_back({.origin_world = pose * pulse.origin_m,
                               .direction_world = pose.rotation * direction,
-                              .t_min = least_range_m_,
                               .t_max = most_range_m_});
       scratch.offsets_s.push_back(pulse.time_s - middle_s);
     }
@@ -252,14 +256,14 @@ void Lidar::find_returns(std::size_t first_ray, BlockScratch& scratch) const {
   const std::span<const lidar::BeamRay> beam = lidar::beam_rays(static_cast<int>(beam_.rays));
   for (std::size_t k = 0; k < beam.size(); ++k) {
     const world::SurfaceHit& hit = scratch.hits[first_ray + k];
-    if (hit.is_sky()) continue;
+    if (hit.is_sky() || hit.t < least_range_m_) continue;
     const double power = beam[k].weight * power_of(hit, scratch.rays[first_ray + k].direction_world,
                                                    scratch.classes[first_ray + k]);
     if (!(power > 0.0)) continue;
     scratch.echoes.push_back({.range_m = hit.t, .power = power, .ray = first_ray + k});
   }
   constexpr double kLight_mps = 299792458.0;
-  lidar::part_returns(scratch.echoes, 0.5e-9 * pulse_ns_ * kLight_mps, scratch.returns);
+  lidar::separate_returns(scratch.echoes, 0.5e-9 * pulse_ns_ * kLight_mps, scratch.returns);
   std::erase_if(scratch.returns,
                 [least = least_power()](const lidar::Return& one) { return one.power < least; });
   if (scratch.returns.size() > static_cast<std::size_t>(most_returns_))
@@ -313,28 +317,40 @@ void Lidar::scan_block(const SensorSite& site, std::span<const lidar::Pulse> pul
   }
 }
 
+/// The first pulse of each block, and after them the number of all.
+std::vector<std::int64_t> Lidar::blocks_of(std::span<const lidar::Pulse> pulses) {
+  std::vector<std::int64_t> begins;
+  for (std::size_t i = 0; i < pulses.size(); ++i) {
+    const bool is_in_block =
+        !begins.empty() && static_cast<std::int64_t>(i) - begins.back() < kBlock &&
+        pulses[i].time_s - pulses[static_cast<std::size_t>(begins.back())].time_s < kBlock_s;
+    if (!is_in_block) begins.push_back(static_cast<std::int64_t>(i));
+  }
+  begins.push_back(static_cast<std::int64_t>(pulses.size()));
+  return begins;
+}
+
 capture::Samples Lidar::scan(const SensorSite& site, const capture::TickRange& ticks) const {
   capture::Samples rows;
   core::ScratchPool<BlockScratch> pool;
   for (std::int64_t tick = ticks.first; tick < ticks.end; ++tick) {
     const std::vector<lidar::Pulse> pulses = pattern_options_->pulses(tick, site.rate_hz);
-    const auto num_pulses = static_cast<std::int64_t>(pulses.size());
-    std::vector<capture::Samples> blocks(
-        static_cast<std::size_t>((num_pulses + kBlock - 1) / kBlock));
+    const std::vector<std::int64_t> begins = blocks_of(pulses);
+    std::vector<capture::Samples> blocks(begins.size() - 1);
     site.scene.viewed().run_units(
         static_cast<std::int64_t>(blocks.size()), [&](std::int64_t block) {
-          const std::int64_t first = block * kBlock;
-          const std::int64_t count = std::min(kBlock, num_pulses - first);
+          const auto at = static_cast<std::size_t>(block);
+          const std::int64_t first = begins[at];
           core::ScratchPool<BlockScratch>::Lease scratch(pool);
           scan_block(site,
                      std::span(pulses).subspan(static_cast<std::size_t>(first),
-                                               static_cast<std::size_t>(count)),
-                     static_cast<std::uint64_t>(tick), first,
-                     blocks[static_cast<std::size_t>(block)], *scratch);
+                                               static_cast<std::size_t>(begins[at + 1] - first)),
+                     static_cast<std::uint64_t>(tick), first, blocks[at], *scratch);
         });
-    for (const capture::Samples& block : blocks) {
+    for (capture::Samples& block : blocks) {
       rows.times_s.insert(rows.times_s.end(), block.times_s.begin(), block.times_s.end());
       rows.values.insert(rows.values.end(), block.values.begin(), block.values.end());
+      block = {};
     }
   }
   return rows;

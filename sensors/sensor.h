@@ -54,11 +54,15 @@ class Sensor {
 /// next one's.
 class Scanner : public Sensor {
  public:
-  /// Of a scanner nobody asks for samples.
+  /// A frame's scans are in memory together: 400 bytes a row.
+  static constexpr double kMostRows = 1.6e7;
+
+  /// throws   Internal: scanners have no samples
   void measure(const SensorSite& site, std::span<const double> times_s,
                std::span<double> values) const final;
-  /// ticks     whose scans are wanted
-  /// returns   rows in the order of their times
+  /// At most.
+  virtual double rows_per_s(double rate_hz) const = 0;
+  /// returns   rows of the ticks' scans, in the order of their times
   virtual capture::Samples scan(const SensorSite& site, const capture::TickRange& ticks) const = 0;
 };
 

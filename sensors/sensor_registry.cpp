@@ -34,7 +34,7 @@ std::span<const SensorInfo> sensors() {
 
 void Scanner::measure(const SensorSite& /*site*/, std::span<const double> /*times_s*/,
                       std::span<double> /*values*/) const {
-  fail(ErrorKind::Internal, "a scanner was asked for samples");
+  fail(ErrorKind::Internal, "scanners have no samples");
 }
 
 void SensorOptions::describe(core::SchemaVisitor& visit) {
@@ -60,6 +60,14 @@ void SensorOptions::validate() const {
       if (!std::isfinite(number))
         fail(ErrorKind::Config, "sensor {}: {} is not a finite number", name, number);
   sensor.validate();
+  const auto* const scanner = dynamic_cast<const Scanner*>(&*sensor);
+  if (scanner == nullptr) return;
+  const double rows = scanner->rows_per_s(rate_hz) / rate_hz;
+  if (!(rows <= Scanner::kMostRows))
+    fail(ErrorKind::Config,
+         "sensor {}: a scan has up to {:.3g} points, and {:.3g} fit; take a higher rate_hz ({}) or "
+         "fewer pulses",
+         name, rows, Scanner::kMostRows, rate_hz);
 }
 
 capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::BodyMotion& body,

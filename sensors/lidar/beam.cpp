@@ -12,7 +12,7 @@
 namespace terracast::sensors::lidar {
 namespace {
 
-/// Of u = 2 r^2 with exp(-u) as weight over u from 0 on: the axis, and a ring each at roots of Laguerre's polynomials
+/// Nodes of u = 2 r^2 with exp(-u) as weight over u from 0 on: the axis, and a ring each at roots of Laguerre's polynomials
 /// of first kind (Gauss and Radau's rule). The weights are those that give 1, u, u^2, … their means 1, 1, 2, ….
 std::vector<double> rings_of(int num_rays) {
   if (num_rays == 7) return {2.0};
@@ -21,7 +21,7 @@ std::vector<double> rings_of(int num_rays) {
   return {};
 }
 
-/// Of Lagrange's polynomial that is 1 on a ring, and 0 on the others and on the axis: its mean.
+/// The mean of Lagrange's polynomial that is 1 on a ring, and 0 on the others and on the axis.
 double weight_of(const std::vector<double>& rings, std::size_t ring) {
   std::vector<double> coefficients = {0.0, 1.0 / rings[ring]};  // u / u_ring
   for (std::size_t other = 0; other < rings.size(); ++other) {
@@ -43,7 +43,7 @@ double weight_of(const std::vector<double>& rings, std::size_t ring) {
   return mean;
 }
 
-std::vector<BeamRay> made_rays(int num_rays) {
+std::vector<BeamRay> rays_of_beam(int num_rays) {
   const std::vector<double> rings = rings_of(num_rays);
   std::vector<BeamRay> rays = {{.offset = Eigen::Vector2d::Zero(), .weight = 1.0}};
   for (std::size_t ring = 0; ring < rings.size(); ++ring) {
@@ -65,7 +65,7 @@ std::vector<BeamRay> made_rays(int num_rays) {
 
 std::span<const BeamRay> beam_rays(int num_rays) {
   static const std::map<int, std::vector<BeamRay>> made = {
-      {1, made_rays(1)}, {7, made_rays(7)}, {19, made_rays(19)}, {37, made_rays(37)}};
+      {1, rays_of_beam(1)}, {7, rays_of_beam(7)}, {19, rays_of_beam(19)}, {37, rays_of_beam(37)}};
   return made.at(num_rays);
 }
 
@@ -119,7 +119,7 @@ void BeamOptions::directions(const Pulse& pulse, double turn_rad,
   }
 }
 
-void part_returns(std::vector<Echo>& echoes, double gap_m, std::vector<Return>& returns) {
+void separate_returns(std::vector<Echo>& echoes, double gap_m, std::vector<Return>& returns) {
   returns.clear();
   std::sort(echoes.begin(), echoes.end(), [](const Echo& a, const Echo& b) {
     return std::pair(a.range_m, a.ray) < std::pair(b.range_m, b.ray);

@@ -38,14 +38,14 @@ struct BeamOptions {
   void directions(const Pulse& pulse, double turn_rad, std::vector<Eigen::Vector3d>& into) const;
 };
 
-/// What one ray brings back.
+/// The echo of one ray.
 struct Echo {
   double range_m = 0.0;
   double power = 0.0;
   std::size_t ray = 0;
 };
 
-/// What a receiver tells apart.
+/// Echoes that a receiver cannot separate.
 struct Return {
   double range_m = 0.0;   ///< mean by power
   double spread_m = 0.0;  ///< standard deviation by power
@@ -53,9 +53,9 @@ struct Return {
   std::size_t ray = 0;    ///< the one that brought the most
 };
 
-/// Echoes whose gaps are larger than that are returns of their own.
+/// Separates echoes into returns: where the gap between neighbours is larger than that.
 /// echoes    in any order; they are put into that of their ranges
 /// returns   in the order of range
-void part_returns(std::vector<Echo>& echoes, double gap_m, std::vector<Return>& returns);
+void separate_returns(std::vector<Echo>& echoes, double gap_m, std::vector<Return>& returns);
 
 }  // namespace terracast::sensors::lidar

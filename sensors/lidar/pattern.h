@@ -34,7 +34,7 @@ class ScanPattern {
 
   /// All of a scan, in the order of their times.
   virtual std::vector<Pulse> pulses(std::int64_t scan, double rate_hz) const = 0;
-  /// On average.
+  /// Mean number.
   virtual double pulses_per_s(double rate_hz) const = 0;
 };
 
@@ -50,7 +50,8 @@ std::span<const ScanPatternInfo> scan_patterns();
 /// Of direction `azimuth_rad` to the left of forward and `elevation_rad` up.
 Eigen::Vector3d direction_of(double azimuth_rad, double elevation_rad);
 
-/// Times n / pulse_hz from a scan's beginning to before the next one's: pulses that leave at a rate of their own.
+/// Times n / pulse_hz from a scan's beginning to before the next one's: pulses that leave at a rate of their own. Each is in
+/// one scan; one within 1e-6 of a pulse's time before a border is behind it.
 std::vector<double> times_of_pulses(double pulse_hz, std::int64_t scan, double rate_hz);
 
 /// How much of a scan, or of the turn that one lasts, is over at a time: 0 to 1.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "core/plugin_rows.h"
@@ -31,14 +32,16 @@ Eigen::Vector3d direction_of(double azimuth_rad, double elevation_rad) {
 }
 
 std::vector<double> times_of_pulses(double pulse_hz, std::int64_t scan, double rate_hz) {
+  // A pulse that rounding puts just before a border is the first behind it.
+  const double rounding_s = 1e-6 / pulse_hz;
   const double begin_s = static_cast<double>(scan) / rate_hz;
   const double end_s = static_cast<double>(scan + 1) / rate_hz;
   auto pulse = static_cast<std::int64_t>(std::floor(begin_s * pulse_hz)) - 1;
-  while (static_cast<double>(pulse) / pulse_hz < begin_s) ++pulse;
+  while (static_cast<double>(pulse) / pulse_hz < begin_s - rounding_s) ++pulse;
   std::vector<double> times_s;
   times_s.reserve(static_cast<std::size_t>((end_s - begin_s) * pulse_hz) + 2);
-  for (; static_cast<double>(pulse) / pulse_hz < end_s; ++pulse)
-    times_s.push_back(static_cast<double>(pulse) / pulse_hz);
+  for (; static_cast<double>(pulse) / pulse_hz < end_s - rounding_s; ++pulse)
+    times_s.push_back(std::max(static_cast<double>(pulse) / pulse_hz, begin_s));
   return times_s;
 }
 

@@ -15,8 +15,8 @@ namespace {
 using sensors::lidar::beam_rays;
 using sensors::lidar::BeamRay;
 using sensors::lidar::Echo;
-using sensors::lidar::part_returns;
 using sensors::lidar::Return;
+using sensors::lidar::separate_returns;
 
 /// Mean of x^a y^b over exp(-2 (x^2 + y^2)): that of two normal distributions of variance 1/4.
 double moment_of_gaussian(int a, int b) {
@@ -78,7 +78,7 @@ TEST(LidarBeam, AnEdgeCutsTheBeamAsTheErrorFunctionSays) {
 TEST(LidarBeam, EchoesFartherApartThanTheGapAreReturnsOfTheirOwn) {
   constexpr double kGap_m = 0.6;
   std::vector<Return> returns;
-  const auto part = [&](std::vector<Echo> echoes) { part_returns(echoes, kGap_m, returns); };
+  const auto part = [&](std::vector<Echo> echoes) { separate_returns(echoes, kGap_m, returns); };
   part({});
   EXPECT_TRUE(returns.empty());
   part({{10.0, 1.0, 0}, {10.5, 3.0, 1}});
@@ -115,7 +115,7 @@ TEST(LidarBeam, PowersOfReturnsAddUpAndRangesAreBetweenTheirs) {
       power += echoes.back().power;
     }
     constexpr double kGap_m = 0.3;
-    part_returns(echoes, kGap_m, returns);
+    separate_returns(echoes, kGap_m, returns);
     double sum = 0.0;
     double last_m = 0.0;
     for (const Return& one : returns) {

@@ -304,6 +304,55 @@ TEST(Lidar, AnEchoOfASlopeIsAsWideAsTheBeamMakesIt) {
   EXPECT_GT(num_steep, 20);
 }
 
+// Light ends at what is too near to be measured.
+TEST(Lidar, WhatIsTooNearHidesWhatIsBehind) {
+  const ScratchFolder folder;
+  const capture::SequenceReader sequence =
+      scanned(folder.path(), std::string(kScanner) + "least_range_m = 150.0\n");
+  std::size_t num_near = 0;
+  for (int scan = 0; scan < 4; ++scan) {
+    const Rows rows(sequence, scan);
+    std::size_t row = 0;
+    for (const Expected& one : expected_of(scan)) {
+      if (one.range_m < 150.0) {
+        ++num_near;
+        continue;
+      }
+      ASSERT_LT(row, rows.size());
+      EXPECT_NEAR(rows.at("true_range_m", row++), one.range_m, kTolerance_m);
+    }
+    EXPECT_EQ(row, rows.size());
+  }
+  EXPECT_GT(num_near, 20U);
+}
+
+/// Sets of instruments, by the pulses a second that their makers and sources state.
+TEST(Lidar, ShippedSetsHaveTheirInstrumentsPulses) {
+  const ScratchFolder folder;
+  const std::vector<std::pair<std::string, double>> sets = {
+      {"velodyne_vlp16", 16.0 / 55.296e-6},
+      {"ouster_os1_64", 64.0 * 1024.0 * 10.0},
+      {"livox_mid40", 100e3},
+      {"riegl_vq780i", 500e3 * 2.0 / 3.0},
+      {"riegl_vux1uav", 200e3 * 330.0 / 360.0},
+      {"leica_als50ii", 150e3}};
+  for (const auto& [name, pulses_per_s] : sets) {
+    const rigs::RigOptions rig = rig_with(
+        folder.path(), fmt::format("[[sensors]]\nextends = \"{}/configs/sensors/{}.toml\"\nname = "
+                                   "\"lidar\"\n",
+                                   TERRACAST_SOURCE_DIR, name));
+    const std::vector<sensors::MountedSensor> mounted = rigs::mount_sensors({rig});
+    ASSERT_EQ(mounted.size(), 1U);
+    const auto* const scanner = dynamic_cast<const sensors::Scanner*>(&*mounted[0].sensor);
+    ASSERT_NE(scanner, nullptr) << name;
+    const std::string& settings = mounted[0].info.settings_toml;
+    const std::size_t at = settings.find("most_returns = ") + 15;
+    EXPECT_NEAR(scanner->rows_per_s(mounted[0].info.rate_hz) / std::stod(settings.substr(at)),
+                pulses_per_s, 1e-6 * pulses_per_s)
+        << name;
+  }
+}
+
 TEST(Lidar, KeysThatContradictEachOtherAreRefused) {
   const ScratchFolder folder;
   const auto refuse = [&](const std::string& keys, const std::vector<std::string>& words) {
@@ -322,6 +371,9 @@ TEST(Lidar, KeysThatContradictEachOtherAreRefused) {
     expect_error(core::ErrorKind::Config, words,
                  [&] { rigs::mount_sensors({rig_with(folder.path(), head + keys)}); });
   };
+  refuse_all("pattern = \"raster\"\nrows = 65536\ncolumns = 65536\n",
+             {"lidar", "4.29e+09 points", "1.6e+07 fit"});
+  refuse_all("pattern = \"spinning\"\ncycle_us = 1e-9\n", {"cycle_us = 1e-09", "0.001"});
   refuse_all("pattern = \"spiral\"\n", {"spiral", "spinning"});
   refuse_all("pattern = \"spinning\"\nelevation_deg = []\n", {"1 to 4096 lasers"});
   refuse_all("pattern = \"spinning\"\nelevation_deg = [nan]\n", {"elevation_deg[0] = nan"});

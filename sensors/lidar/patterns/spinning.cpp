@@ -129,6 +129,8 @@ void Spinning::validate() const {
   check("firing_us", firing_us_, 0.0, 1e6);
   check("vertical_mm", vertical_mm_, -1e3, 1e3);
   check("across_mm", across_mm_, -1e3, 1e3);
+  if (cycle_us_ > 0.0 && cycle_us_ < 1e-3)
+    fail(ErrorKind::Config, "cycle_us = {}; it takes 0.001 or more, or 0", cycle_us_);
   if (cycle_us_ == 0.0 && columns_ == 0)
     fail(ErrorKind::Config, "cycle_us and columns are both 0; one of them says when lasers fire");
 }
