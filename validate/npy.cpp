@@ -208,21 +208,24 @@ NpyTable parse_npy_table(std::span<const std::byte> bytes, const std::string& na
   return table;
 }
 
-std::vector<double> NpyTable::numbers(std::string_view column, const std::string& name) const {
+const NpyTable::Column& NpyTable::column(std::string_view name, const std::string& file) const {
   const auto found = std::find_if(columns.begin(), columns.end(),
-                                  [&](const Column& one) { return one.name == column; });
-  if (found == columns.end()) fail(ErrorKind::Input, "{}: no column {}", name, column);
+                                  [&](const Column& one) { return one.name == name; });
+  if (found == columns.end()) fail(ErrorKind::Input, "{}: no column {}", file, name);
+  return *found;
+}
+
+double NpyTable::number(const Column& of, std::size_t row) const {
+  const std::byte* const at = bytes.data() + row * row_bytes + of.offset;
+  if (of.kind == 'f') return of.item_size == 4 ? number_at<float>(at) : number_at<double>(at);
+  if (of.item_size == 1) return number_at<std::uint8_t>(at);
+  return of.item_size == 2 ? number_at<std::uint16_t>(at) : number_at<std::uint32_t>(at);
+}
+
+std::vector<double> NpyTable::numbers(std::string_view column_name, const std::string& file) const {
+  const Column& one = column(column_name, file);
   std::vector<double> values(num_rows);
-  const std::byte* at = bytes.data() + found->offset;
-  for (double& value : values) {
-    if (found->kind == 'f')
-      value = found->item_size == 4 ? number_at<float>(at) : number_at<double>(at);
-    else if (found->item_size == 1)
-      value = number_at<std::uint8_t>(at);
-    else
-      value = found->item_size == 2 ? number_at<std::uint16_t>(at) : number_at<std::uint32_t>(at);
-    at += row_bytes;
-  }
+  for (std::size_t row = 0; row < num_rows; ++row) values[row] = number(one, row);
   return values;
 }
 

@@ -42,9 +42,13 @@ struct NpyTable {
   std::size_t row_bytes = 0;
   std::vector<std::byte> bytes;  ///< row by row
 
-  /// Of all rows, as doubles, which hold them exactly.
   /// throws  Input: no such column
-  std::vector<double> numbers(std::string_view column, const std::string& name) const;
+  const Column& column(std::string_view name, const std::string& file) const;
+  /// As a double, which holds it exactly.
+  double number(const Column& of, std::size_t row) const;
+  /// Those of all rows.
+  /// throws  Input: no such column
+  std::vector<double> numbers(std::string_view column, const std::string& file) const;
 };
 
 /// throws  Input: as parse_npy, or not an array of one dimension whose rows are floating-point numbers of 4 and 8 bytes

@@ -50,17 +50,39 @@ void check_channels_of_imu(const Json& channels, const std::string& where) {
       }
 }
 
-/// The columns that every lidar has, in order.
-constexpr std::array<std::string_view, 21> kLidarChannels = {
-    "x_m",          "y_m",         "z_m",           "range_m",   "true_range_m", "spread_m",
-    "power_per_m2", "reflectance", "incidence_rad", "ring",      "pulse",        "return_number",
-    "num_returns",  "class_id",    "instance_id",   "local_x_m", "local_y_m",    "local_z_m", "local_origin_x_m", "local_origin_y_m", "local_origin_z_m"};
+/// A column that every lidar has.
+struct LidarColumn {
+  std::string_view name;
+  std::string_view type;  ///< kind and bytes of its numbers
+};
+/// In order, after the time.
+constexpr std::array<LidarColumn, 21> kLidarColumns = {{{"x_m", "f8"},
+                                                        {"y_m", "f8"},
+                                                        {"z_m", "f8"},
+                                                        {"range_m", "f8"},
+                                                        {"true_range_m", "f8"},
+                                                        {"spread_m", "f4"},
+                                                        {"power_per_m2", "f4"},
+                                                        {"reflectance", "f4"},
+                                                        {"incidence_rad", "f4"},
+                                                        {"ring", "u2"},
+                                                        {"pulse", "u4"},
+                                                        {"return_number", "u1"},
+                                                        {"num_returns", "u1"},
+                                                        {"class_id", "u1"},
+                                                        {"instance_id", "u4"},
+                                                        {"local_x_m", "f8"},
+                                                        {"local_y_m", "f8"},
+                                                        {"local_z_m", "f8"},
+                                                        {"local_origin_x_m", "f8"},
+                                                        {"local_origin_y_m", "f8"},
+                                                        {"local_origin_z_m", "f8"}}};
 
 void check_channels_of_lidar(const Json& channels, const std::string& where) {
-  for (std::size_t i = 0; i < kLidarChannels.size(); ++i)
-    if (channels.size() != kLidarChannels.size() ||
-        channels.at(i).at("name").string() != kLidarChannels[i])
-      fail(ErrorKind::Input, "{}: channel {} of a lidar is {}", where, i, kLidarChannels[i]);
+  for (std::size_t i = 0; i < kLidarColumns.size(); ++i)
+    if (channels.size() != kLidarColumns.size() ||
+        channels.at(i).at("name").string() != kLidarColumns[i].name)
+      fail(ErrorKind::Input, "{}: channel {} of a lidar is {}", where, i, kLidarColumns[i].name);
 }
 
 /// A rangefinder has one channel; those of plug-ins are called, and measured in, what they like.
@@ -210,6 +232,14 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
     are_same = table.columns[k + 1].name == scanner.channels[k];
   if (!are_same)
     fail(ErrorKind::Input, "{}: other columns than time_s and those of sensors.json", path);
+  if (scanner.kind == "lidar")
+    for (std::size_t k = 0; k <= kLidarColumns.size(); ++k) {
+      const std::string_view right = k == 0 ? "f8" : kLidarColumns[k - 1].type;
+      const NpyTable::Column& column = table.columns[k];
+      if (column.kind != right[0] || column.item_size != static_cast<std::size_t>(right[1] - '0'))
+        fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,
+             column.kind, column.item_size, right);
+    }
   return table;
 }
 
