@@ -236,6 +236,7 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   plan.config_toml = toml_of_sequence(job.config, options);
   render::check_inside(plan, job.ground->frame(), job.config.world.size_m);
   render::check_exposures(plan);
+  render::check_sensors(plan);
   return plan;
 }
 

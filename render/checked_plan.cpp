@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "geo/sun.h"
 #include "render/input_hash.h"
 #include "scene/moving/moving_bodies.h"
 #include "sensors/camera/frame_renderer.h"
@@ -87,6 +88,7 @@ void check_plan(const SequencePlan& plan) {
   if (plan.cameras.empty()) fail(ErrorKind::Config, "sequence {} has no cameras", plan.name);
   plan.conditions.validate();
   check_exposures(plan);
+  check_sensors(plan);
   for (const scene::MovingThing& thing : plan.moving)
     TERRACAST_CHECK(
         thing.states.size() == plan.states.size() && thing.gone_m.size() == plan.states.size(),
@@ -167,6 +169,16 @@ void check_exposures(const SequencePlan& plan) {
            plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s,
            sensors::kMostEarlierFrames);
   }
+}
+
+void check_sensors(const SequencePlan& plan) {
+  if (plan.sensors.empty()) return;
+  const double from_unix_s = geo::unix_seconds_from_utc(plan.utc_start);
+  const double duration_s = static_cast<double>(plan.states.size()) / plan.rate_hz;
+  for (const sensors::MountedSensor& sensor : plan.sensors)
+    core::with_context([&] { sensor.sensor->check_times(from_unix_s, from_unix_s + duration_s); },
+                       fmt::format("checking the sensor {}/{} of sequence {}", sensor.info.rig,
+                                   sensor.info.name, plan.name));
 }
 
 void check_rides(const SequencePlan& plan, const world::TileStore& store,

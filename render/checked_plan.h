@@ -25,6 +25,9 @@ void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_worl
 ///          more frames than it may
 void check_exposures(const SequencePlan& plan);
 
+/// throws   Config: a sensor beside the cameras that cannot measure at the sequence's date
+void check_sensors(const SequencePlan& plan);
+
 /// Whatever rides ground or water finds it, at every frame.
 /// cost     some rays for each such body and frame
 /// throws   as MovingBodies

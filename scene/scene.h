@@ -64,6 +64,8 @@ class Scene {
   const world::RayQuery& viewed() const { return is_in_water_ ? *bed_ : whole_; }
   const MovingBodies& moving() const { return moving_; }
   const ConditionOptions& conditions() const { return options_.conditions; }
+  /// UTC of time 0, as geo::unix_seconds_from_utc() takes it.
+  const std::string& utc_start() const { return options_.utc_start; }
 
   // Made when first asked for.
   /// The light of the sequence's place and time 0, and the air.

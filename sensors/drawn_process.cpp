@@ -2,18 +2,10 @@
 
 #include <cmath>
 
-#include "core/error.h"
 #include "core/random.h"
 #include "sensors/deviates.h"
 
 namespace terracast::sensors {
-
-namespace {
-
-/// The number of the whole interval's end, which is no tick's.
-constexpr std::int64_t kEnd = -1;
-
-}  // namespace
 
 double DrawnProcess::deviate(std::int64_t tick) const {
   return normal_deviate(
@@ -22,55 +14,72 @@ double DrawnProcess::deviate(std::int64_t tick) const {
 
 DrawnProcess DrawnProcess::walk(double step, std::uint64_t seed, std::uint64_t stream) {
   DrawnProcess process(seed, stream);
-  for (int depth = 0; depth < kDepth; ++depth) {
-    const double half = std::ldexp(1.0, kDepth - depth - 1);
+  for (int depth = 0; depth < Values::kDepth; ++depth) {
+    const double half = Values::half_ticks(depth);
     // Between ends that are known the middle scatters by a quarter of what the whole interval gains.
     process.halvings_[static_cast<std::size_t>(depth)] = {0.5, step * std::sqrt(0.5 * half)};
   }
-  const double whole = step * std::sqrt(std::ldexp(1.0, kDepth));
-  process.intervals_[0] = {0, 0.0, whole * process.deviate(kEnd)};
+  const double whole = step * std::sqrt(std::ldexp(1.0, Values::kDepth));
+  process.values_ = Values(0.0, whole * process.deviate(Values::kEnd));
   return process;
 }
 
 DrawnProcess DrawnProcess::markov(double deviation, double ticks, std::uint64_t seed,
                                   std::uint64_t stream) {
   DrawnProcess process(seed, stream);
-  for (int depth = 0; depth < kDepth; ++depth) {
-    const double half = std::ldexp(1.0, kDepth - depth - 1);
+  for (int depth = 0; depth < Values::kDepth; ++depth) {
+    const double half = Values::half_ticks(depth);
     const double kept = std::exp(-half / ticks);
     // 1 - kept^2, exactly for short intervals too.
     const double lost = -std::expm1(-2.0 * half / ticks);
     process.halvings_[static_cast<std::size_t>(depth)] = {
         kept / (1.0 + kept * kept), deviation * std::sqrt(lost / (1.0 + kept * kept))};
   }
-  const double whole = std::ldexp(1.0, kDepth) / ticks;
+  const double whole = std::ldexp(1.0, Values::kDepth) / ticks;
   const double first = deviation * process.deviate(0);
-  process.intervals_[0] = {0, first,
-                           std::exp(-whole) * first + deviation *
-                                                          std::sqrt(-std::expm1(-2.0 * whole)) *
-                                                          process.deviate(kEnd)};
+  process.values_ =
+      Values(first, std::exp(-whole) * first + deviation * std::sqrt(-std::expm1(-2.0 * whole)) *
+                                                   process.deviate(Values::kEnd));
   return process;
 }
 
 double DrawnProcess::at(std::int64_t tick) {
-  TERRACAST_CHECK(tick >= 0 && tick < (std::int64_t{1} << kDepth), "tick {}", tick);
-  const auto length = [](int depth) { return std::int64_t{1} << (kDepth - depth); };
-  const auto interval = [&](int depth) -> Interval& {
-    return intervals_[static_cast<std::size_t>(depth)];
-  };
-  while (tick < interval(known_depth_).first ||
-         tick >= interval(known_depth_).first + length(known_depth_))
-    --known_depth_;
-  for (; known_depth_ < kDepth; ++known_depth_) {
-    const Interval& whole = interval(known_depth_);
-    const Halving& halving = halvings_[static_cast<std::size_t>(known_depth_)];
-    const std::int64_t middle = whole.first + length(known_depth_ + 1);
-    const double at_middle =
-        halving.weight * (whole.at_first + whole.at_end) + halving.deviation * deviate(middle);
-    interval(known_depth_ + 1) = tick < middle ? Interval{whole.first, whole.at_first, at_middle}
-                                               : Interval{middle, at_middle, whole.at_end};
-  }
-  return interval(kDepth).at_first;
+  return values_.at(tick, [&](int depth, double first, double end, std::int64_t middle) {
+    const Halving& halving = halvings_[static_cast<std::size_t>(depth)];
+    return halving.weight * (first + end) + halving.deviation * deviate(middle);
+  });
+}
+
+DrawnSwitch::DrawnSwitch(double mean_on_ticks, double mean_off_ticks, std::uint64_t seed,
+                         std::uint64_t stream)
+    : share_on_(mean_on_ticks / (mean_on_ticks + mean_off_ticks)),
+      rate_(1.0 / mean_on_ticks + 1.0 / mean_off_ticks),
+      seed_(seed),
+      stream_(stream),
+      values_(false, false) {
+  const bool first = drawn(0, share_on_);
+  const double whole = std::ldexp(1.0, Values::kDepth);
+  values_ = Values(first, drawn(Values::kEnd, probability(first, true, whole)));
+}
+
+double DrawnSwitch::probability(bool from, bool to, double ticks) const {
+  const double share = to ? share_on_ : 1.0 - share_on_;
+  const double forgotten = -std::expm1(-rate_ * ticks);
+  return from == to ? 1.0 - forgotten * (1.0 - share) : forgotten * share;
+}
+
+bool DrawnSwitch::drawn(std::int64_t tick, double share_on) const {
+  return open_unit(core::random_bits(seed_, stream_, static_cast<std::uint64_t>(tick))) < share_on;
+}
+
+bool DrawnSwitch::is_on(std::int64_t tick) {
+  return values_.at(tick, [&](int depth, bool first, bool end, std::int64_t middle) {
+    // It forgets all but its state: the middle is bound to each end by itself.
+    const double half = Values::half_ticks(depth);
+    const double on = probability(first, true, half) * probability(true, end, half);
+    const double off = probability(first, false, half) * probability(false, end, half);
+    return drawn(middle, on / (on + off));
+  });
 }
 
 }  // namespace terracast::sensors

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 
+#include "sensors/drawn_by_halving.h"
+
 /// Slow random processes of instruments, with access to any tick without those before it.
 namespace terracast::sensors {
 
@@ -10,7 +12,7 @@ namespace terracast::sensors {
 /// interval follows from its ends and a number of its own, so that a tick's value is the same whichever others are asked.
 ///
 /// accuracy   its distribution is the process's own at the ticks, by its means and covariances (DrawnProcess.…)
-/// cost       41 random numbers for a tick alone, two in the mean where ticks are asked in order
+/// cost       of DrawnByHalving
 /// source     Lévy's construction of Brownian motion; for Gauss-Markov the conditional normal of the middle of three values
 /// threads    one at a time
 class DrawnProcess {
@@ -26,24 +28,46 @@ class DrawnProcess {
   double at(std::int64_t tick);
 
  private:
-  static constexpr int kDepth = 40;
+  using Values = DrawnByHalving<double>;
   /// How the middle of an interval follows from its ends: their sum times a weight, and a deviate.
   struct Halving {
     double weight = 0.5;
     double deviation = 0.0;
-  };
-  struct Interval {
-    std::int64_t first = 0;
-    double at_first = 0.0, at_end = 0.0;
   };
 
   DrawnProcess(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
   double deviate(std::int64_t tick) const;
 
   std::uint64_t seed_, stream_;
-  std::array<Halving, kDepth> halvings_;          ///< of intervals of 2^(kDepth - depth) ticks
-  std::array<Interval, kDepth + 1> intervals_{};  ///< around the tick that was asked last
-  int known_depth_ = 0;
+  std::array<Halving, Values::kDepth> halvings_;  ///< of intervals of 2^(kDepth - depth) ticks
+  Values values_{0.0, 0.0};
+};
+
+/// What is on or off, for times that are exponentially distributed: at the ticks 0, 1, 2, … of a stream, drawn as a
+/// DrawnProcess is. Stationary: at tick 0 it is on with the share of time that it is on.
+///
+/// accuracy   its distribution is the process's own at the ticks (DrawnSwitch.…); what begins and ends between two ticks
+///            does not show
+/// threads    one at a time
+class DrawnSwitch {
+ public:
+  /// mean_on_ticks, mean_off_ticks   how long it is on and off in the mean; above 0
+  /// stream                          of its numbers alone
+  DrawnSwitch(double mean_on_ticks, double mean_off_ticks, std::uint64_t seed,
+              std::uint64_t stream);
+
+  /// tick   0 to 2^40
+  bool is_on(std::int64_t tick);
+
+ private:
+  using Values = DrawnByHalving<bool>;
+  /// Probability that it is `to` so many ticks after it was `from`.
+  double probability(bool from, bool to, double ticks) const;
+  bool drawn(std::int64_t tick, double share_on) const;
+
+  double share_on_, rate_;  ///< rate_: at which what it was is forgotten, a tick
+  std::uint64_t seed_, stream_;
+  Values values_;
 };
 
 }  // namespace terracast::sensors

@@ -28,14 +28,14 @@ Inertial inertial_at(const SensorSite& site, double time_s) {
   const Eigen::Quaterniond& world_from_body = body.world_from_body.rotation;
   const Vector3d& arm = site.body_from_sensor.translation;
   const Vector3d& w = body.angular_velocity_body_radps;
-  const Vector3d velocity = body.velocity_world_mps + world_from_body * w.cross(arm);
+  const PointMotion point = point_motion(body, arm);
   const Vector3d acceleration =
       body.acceleration_world_mps2 +
       world_from_body * (body.angular_acceleration_body_radps2.cross(arm) + w.cross(w.cross(arm)));
   const geo::WorldFrame& frame = site.scene.frame();
   const Vector3d earth = geo::earth_rate_world_radps(frame);
-  const Vector3d force = acceleration + 2.0 * earth.cross(velocity) -
-                         geo::gravity_world_mps2(frame, body.world_from_body * arm);
+  const Vector3d force = acceleration + 2.0 * earth.cross(point.velocity_world_mps) -
+                         geo::gravity_world_mps2(frame, point.place_world);
   const Eigen::Quaterniond sensor_from_body = site.body_from_sensor.rotation.conjugate();
   return {.turn_rate = sensor_from_body * (w + world_from_body.conjugate() * earth),
           .force = sensor_from_body * (world_from_body.conjugate() * force)};
@@ -111,7 +111,7 @@ class Imu : public Sensor {
       const Inertial truth = sampling_ == "instant"
                                  ? inertial_at(site, time_s)
                                  : mean_of(site, time_s - 1.0 / site.rate_hz, time_s, knots_s);
-      const std::int64_t tick = std::llround(time_s * site.rate_hz);
+      const std::int64_t tick = site.tick_at(time_s);
       const std::array<Vector3d, 4> rows = {gyroscope.shown(truth.turn_rate, tick),
                                             accelerometer.shown(truth.force, tick), truth.turn_rate,
                                             truth.force};

@@ -3,20 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/random.h"
-#include "sensors/deviates.h"
-
 namespace terracast::sensors {
 
 namespace {
 
-/// What random numbers are for, each by a stream of its own.
-enum Purpose : std::uint64_t { kNoise, kWalk, kMarkov, kTurnOn, kScale, kMisalignment };
-
-double drawn(std::uint64_t seed, std::uint64_t stream, Purpose purpose, std::uint64_t index) {
-  return normal_deviate(
-      open_unit(core::random_bits(seed, core::stream_of(stream, purpose), index)));
-}
+/// What random numbers beside those of noise are for, each by a stream of its own.
+enum Purpose : std::uint64_t { kScale = kNumNoisePurposes, kMisalignment };
 
 }  // namespace
 
@@ -42,48 +34,39 @@ void InstrumentOptions::describe(core::SchemaVisitor& visit) {
 
 Instrument::Instrument(const InstrumentOptions& options, double rate_hz, std::uint64_t seed,
                        std::uint64_t stream)
-    : options_(options), seed_(seed), noise_(options.noise_per_sqrt_hz * std::sqrt(rate_hz)) {
-  const auto axes = [&](Purpose purpose, double deviation) -> Eigen::Vector3d {
-    return deviation * Eigen::Vector3d(drawn(seed, stream, purpose, 0),
-                                       drawn(seed, stream, purpose, 1),
-                                       drawn(seed, stream, purpose, 2));
+    : options_(options) {
+  const auto axes = [&](std::uint64_t purpose, double deviation) -> Eigen::Vector3d {
+    return {drawn_constant(deviation, seed, stream, purpose, 0),
+            drawn_constant(deviation, seed, stream, purpose, 1),
+            drawn_constant(deviation, seed, stream, purpose, 2)};
   };
-  turn_on_ = axes(kTurnOn, options.turn_on);
+  turn_on_ = axes(kTurnOnBias, options.turn_on);
   shown_from_true_ = Eigen::Matrix3d::Identity();
   shown_from_true_.diagonal() += axes(kScale, 1e-6 * options.scale_ppm);
   for (int row = 0, index = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
       if (row != column)
         shown_from_true_(row, column) +=
-            1e-3 * options.misalignment_mrad *
-            drawn(seed, stream, kMisalignment, static_cast<std::uint64_t>(index++));
-  for (std::uint64_t axis = 0; axis < 3; ++axis) {
-    const auto of = [&](Purpose purpose) {
-      return core::stream_of(core::stream_of(stream, purpose), axis);
-    };
-    noise_streams_[axis] = of(kNoise);
-    if (options.walk_per_s_per_sqrt_hz > 0.0)
-      slow_.push_back(
-          DrawnProcess::walk(options.walk_per_s_per_sqrt_hz / std::sqrt(rate_hz), seed, of(kWalk)));
-  }
-  for (std::uint64_t axis = 0; axis < 3 && options.markov > 0.0; ++axis)
-    slow_.push_back(DrawnProcess::markov(options.markov, options.markov_s * rate_hz, seed,
-                                         core::stream_of(core::stream_of(stream, kMarkov), axis)));
+            drawn_constant(1e-3 * options.misalignment_mrad, seed, stream, kMisalignment,
+                           static_cast<std::uint64_t>(index++));
+  const NoiseSizes sizes{.white = options.noise_per_sqrt_hz * std::sqrt(rate_hz),
+                         .walk = options.walk_per_s_per_sqrt_hz / std::sqrt(rate_hz),
+                         .markov = options.markov,
+                         .markov_ticks = options.markov_s * rate_hz};
+  for (std::uint64_t axis = 0; axis < 3; ++axis) noise_.emplace_back(sizes, seed, stream, axis);
+}
+
+double shown_number(double value, double step, double range) {
+  if (step > 0.0) value = step * std::round(value / step);
+  if (range > 0.0) value = std::clamp(value, -range, range);
+  return value;
 }
 
 Eigen::Vector3d Instrument::shown(const Eigen::Vector3d& truth, std::int64_t tick) {
   Eigen::Vector3d shown = shown_from_true_ * truth + turn_on_;
-  for (std::size_t i = 0; i < slow_.size(); ++i)
-    shown[static_cast<Eigen::Index>(i % 3)] += slow_[i].at(tick);
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    double& value = shown[axis];
-    if (noise_ > 0.0)
-      value += noise_ * normal_deviate(open_unit(
-                            core::random_bits(seed_, noise_streams_[static_cast<std::size_t>(axis)],
-                                              static_cast<std::uint64_t>(tick))));
-    if (options_.step > 0.0) value = options_.step * std::round(value / options_.step);
-    if (options_.range > 0.0) value = std::clamp(value, -options_.range, options_.range);
-  }
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    shown[axis] = shown_number(noise_[static_cast<std::size_t>(axis)].added_to(shown[axis], tick),
+                               options_.step, options_.range);
   return shown;
 }
 

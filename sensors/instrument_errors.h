@@ -1,13 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "core/schema.h"
-#include "sensors/drawn_process.h"
+#include "sensors/drawn_noise.h"
 
 /// Errors of an instrument of three axes.
 namespace terracast::sensors {
@@ -32,6 +31,10 @@ struct InstrumentOptions {
   void describe(core::SchemaVisitor& visit);
 };
 
+/// A number as it is shown: the nearest whole step, and no more than the range either way.
+/// step, range   0: none
+double shown_number(double value, double step, double range);
+
 /// An instrument as it was drawn: it has one scale, misalignment and turn-on bias for all its stream.
 ///
 /// determinism   what it shows at a tick depends on seed, stream, tick and truth alone
@@ -48,12 +51,9 @@ class Instrument {
 
  private:
   const InstrumentOptions& options_;
-  std::uint64_t seed_;
-  std::array<std::uint64_t, 3> noise_streams_;
-  double noise_;  ///< a sample's deviation
   Eigen::Matrix3d shown_from_true_;
   Eigen::Vector3d turn_on_;
-  std::vector<DrawnProcess> slow_;  ///< those there are, three axes each
+  std::vector<DrawnNoise> noise_;  ///< of the three axes
 };
 
 }  // namespace terracast::sensors

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -10,12 +11,21 @@
 #include "capture/stream.h"
 #include "core/choice.h"
 #include "core/schema.h"
+#include "geo/geoid.h"
 #include "geo/rigid3.h"
 #include "geo/trajectory.h"
 #include "scene/scene.h"
 #include "world/ray_trail.h"
 
 namespace terracast::sensors {
+
+/// A point that a body carries: its place in the world, and its velocity against the Earth along the world's axes.
+struct PointMotion {
+  Eigen::Vector3d place_world;
+  Eigen::Vector3d velocity_world_mps;
+};
+/// arm_body   from the body's reference point to it
+PointMotion point_motion(const geo::MotionState& body, const Eigen::Vector3d& arm_body);
 
 /// A sensor's place in a scene, and its motion: everything that it may ask.
 struct SensorSite {
@@ -29,6 +39,13 @@ struct SensorSite {
   geo::Rigid3d world_from_sensor(double time_s) const {
     return body.at(time_s).world_from_body * body_from_sensor;
   }
+  PointMotion point_at(double time_s) const {
+    return point_motion(body.at(time_s), body_from_sensor.translation);
+  }
+  std::int64_t tick_at(double time_s) const { return std::llround(time_s * rate_hz); }
+  /// Mean sea level: EGM96's geoid.
+  /// throws   Io: as geo::Geoid::egm96()
+  static std::shared_ptr<const geo::Geoid> mean_sea_level() { return geo::Geoid::egm96(); }
 };
 
 /// A kind of sensor with its options. Each sample has a time of its own and a value in each channel.
@@ -43,6 +60,10 @@ class Sensor {
   /// throws   Config: options that contradict each other
   virtual void validate() const {}
   virtual std::unique_ptr<Sensor> clone() const = 0;
+  /// Whether it can measure from one time to another one, which is asked before anything is rendered.
+  /// from_unix_s, to_unix_s   UTC in seconds since 1970
+  /// throws   Config: it cannot, and why
+  virtual void check_times(double /*from_unix_s*/, double /*to_unix_s*/) const {}
 
   virtual std::vector<capture::StreamChannel> channels() const = 0;
   /// values   as many rows as times, of a value a channel

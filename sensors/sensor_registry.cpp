@@ -37,6 +37,13 @@ void Scanner::measure(const SensorSite& /*site*/, std::span<const double> /*time
   fail(ErrorKind::Internal, "scanners have no samples");
 }
 
+PointMotion point_motion(const geo::MotionState& body, const Eigen::Vector3d& arm_body) {
+  return {.place_world = body.world_from_body * arm_body,
+          .velocity_world_mps =
+              body.velocity_world_mps +
+              body.world_from_body.rotation * body.angular_velocity_body_radps.cross(arm_body)};
+}
+
 void SensorOptions::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Name of the sensor, and of its folder.", core::required());
   visit.key("rate_hz", rate_hz, "Samples a second.",

@@ -71,5 +71,34 @@ TEST(DrawnProcess, IsTheSameInAnyOrderOfTicks) {
   }
 }
 
+/// Of two states, by the exponential of their rates.
+TEST(DrawnSwitch, HasTheProbabilitiesOfItsMeanTimes) {
+  constexpr double kOn = 30.0, kOff = 6.0, kShare = kOn / (kOn + kOff);
+  for (const auto& [a, b] : std::vector<std::pair<std::int64_t, std::int64_t>>{
+           {0, 1}, {3, 4}, {7, 8}, {10, 15}, {511, 512}, {1000, 1020}, {0, 1'000'000}}) {
+    double num_on = 0.0, num_both = 0.0;
+    for (int stream = 0; stream < kNumStreams; ++stream) {
+      DrawnSwitch drawn(kOn, kOff, 7, static_cast<std::uint64_t>(stream) + 3);
+      const bool is_on = drawn.is_on(a);
+      num_on += is_on;
+      num_both += is_on && drawn.is_on(b);
+    }
+    const double kept = std::exp(-(1.0 / kOn + 1.0 / kOff) * static_cast<double>(b - a));
+    const double both = kShare * (kShare + (1.0 - kShare) * kept);
+    const auto error = [](double share) { return std::sqrt(share * (1.0 - share) / kNumStreams); };
+    EXPECT_NEAR(num_on / kNumStreams, kShare, 4.5 * error(kShare)) << a;
+    EXPECT_NEAR(num_both / kNumStreams, both, 4.5 * error(both)) << a << ", " << b;
+  }
+}
+
+TEST(DrawnSwitch, IsTheSameInAnyOrderOfTicks) {
+  DrawnSwitch forwards(20.0, 5.0, 8, 9), backwards(20.0, 5.0, 8, 9);
+  std::vector<bool> states;
+  for (std::int64_t tick = 0; tick < 2000; ++tick) states.push_back(forwards.is_on(tick));
+  for (std::int64_t tick = 1999; tick >= 0; --tick)
+    EXPECT_EQ(backwards.is_on(tick), states[static_cast<std::size_t>(tick)]);
+  EXPECT_EQ(DrawnSwitch(20.0, 5.0, 8, 9).is_on(777), states[777]);
+}
+
 }  // namespace
 }  // namespace terracast::sensors

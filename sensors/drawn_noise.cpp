@@ -1,0 +1,34 @@
+#include "sensors/drawn_noise.h"
+
+#include "core/random.h"
+#include "sensors/deviates.h"
+
+namespace terracast::sensors {
+
+double drawn_constant(double deviation, std::uint64_t seed, std::uint64_t stream,
+                      std::uint64_t purpose, std::uint64_t index) {
+  return deviation * normal_deviate(open_unit(
+                         core::random_bits(seed, core::stream_of(stream, purpose), index)));
+}
+
+DrawnNoise::DrawnNoise(const NoiseSizes& sizes, std::uint64_t seed, std::uint64_t stream,
+                       std::uint64_t axis)
+    : white_(sizes.white), seed_(seed) {
+  const auto of = [&](NoisePurpose purpose) {
+    return core::stream_of(core::stream_of(stream, purpose), axis);
+  };
+  white_stream_ = of(kWhiteNoise);
+  if (sizes.walk > 0.0) slow_.push_back(DrawnProcess::walk(sizes.walk, seed, of(kRandomWalk)));
+  if (sizes.markov > 0.0)
+    slow_.push_back(DrawnProcess::markov(sizes.markov, sizes.markov_ticks, seed, of(kMarkovBias)));
+}
+
+double DrawnNoise::added_to(double value, std::int64_t tick) {
+  for (DrawnProcess& process : slow_) value += process.at(tick);
+  if (white_ > 0.0)
+    value += white_ * normal_deviate(open_unit(core::random_bits(
+                          seed_, white_stream_, static_cast<std::uint64_t>(tick))));
+  return value;
+}
+
+}  // namespace terracast::sensors
