@@ -1,0 +1,25 @@
+#pragma once
+
+/// Pressure of the air by height.
+namespace terracast::geo {
+
+/// What a day's air has otherwise than the standard atmosphere.
+struct Air {
+  double sea_level_pressure_pa = 101325.0;
+  double warmer_k = 0.0;  ///< at all heights
+};
+
+/// Height in a field of gravity that is everywhere that of sea level: r h / (r + h).
+/// altitude_msl_m   above mean sea level
+/// source           ISO 2533:1975, section 2.3, with its r = 6 356 766 m
+double geopotential_height_m(double altitude_msl_m);
+
+/// Pressure, Pa, of the standard atmosphere, its temperatures and its pressure at sea level being a day's.
+/// geopotential_height_m   -5000 to 80 000
+/// accuracy                of ISO 2533: rounding of double; Atmosphere.…
+/// throws                  Input: another height
+/// source                  ISO 2533:1975, sections 2.1 to 2.7: layers of constant gradients of temperature
+/// threads                 safe
+double air_pressure_pa(double geopotential_height_m, const Air& air);
+
+}  // namespace terracast::geo
