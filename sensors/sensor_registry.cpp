@@ -15,6 +15,7 @@
   X(gnss)                    \
   X(imu)                     \
   X(lidar)                   \
+  X(magnetometer)            \
   X(rangefinder)
 
 namespace terracast::sensors {
