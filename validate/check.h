@@ -68,7 +68,7 @@ struct ValidateOptions {
   std::filesystem::path world = {};   ///< the oracle's: of which the dataset is; empty: no oracle
   std::int64_t oracle_samples = 200;  ///< pixels of an image that the oracle draws at random
   GroundMapMaker ground_map = {};     ///< draws the map below the page's tracks
-  Undulation undulation_m = {};       ///< what a diagnosis calls the geoid
+  Undulation undulation_m = {};       ///< what the checks and a diagnosis call mean sea level
   /// A diagnosis tries a supposed cause on some frames: checks of every pixel take every 8th both
   /// ways, and make no pictures.
   bool is_trial = false;

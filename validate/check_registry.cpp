@@ -26,6 +26,8 @@
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \
   X(moving_bodies, "what is said of things that move: their motion, parts, classes and boxes")     \
+  X(navigation,                                                                                    \
+    "truth of satellite fixes, pressures and magnetic fields against poses, WGS84 and models")     \
   X(oracle,                                                                                        \
     "depth, classes and visibility against exact rays through the world's tiles (--world)")        \
   X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \

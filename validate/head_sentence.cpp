@@ -40,6 +40,8 @@ constexpr std::array kSubjects{
     Subject{"oracle", "truth against the world itself"},
     Subject{"motion", "velocities and turn rates"},
     Subject{"oxts", "inertial packets"},
+    Subject{"inertial", "inertial units"},
+    Subject{"navigation", "fixes, pressures and magnetic fields"},
     Subject{"moving", "what moves"},
     Subject{"sensor", "samples of other sensors"},
     Subject{"colmap_sparse", "what COLMAP triangulates"},

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -20,8 +21,6 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
-constexpr std::size_t kNumImuChannels = 12;
-
 Pose read_mount(const Json& json, const std::string& where) {
   const std::vector<double> q = json.at("quaternion_wxyz").numbers();
   const std::vector<double> t = json.at("translation_m").numbers();
@@ -35,19 +34,46 @@ Pose read_mount(const Json& json, const std::string& where) {
   return {rotation.toRotationMatrix(), {t[0], t[1], t[2]}};
 }
 
-/// What an IMU shows of turn rate and specific force, and its truth.
-void check_channels_of_imu(const Json& channels, const std::string& where) {
-  std::size_t at = 0;
-  for (const char* what : {"", "true_"})
-    for (const auto& [quantity, end, unit] :
-         {std::array{"gyro_", "_radps", "rad/s"}, std::array{"accel_", "_mps2", "m/s^2"}})
-      for (const char* axis : {"x", "y", "z"}) {
-        const std::string name = std::string(what) + quantity + axis + end;
-        if (channels.size() != kNumImuChannels || channels.at(at).at("name").string() != name ||
-            channels.at(at).at("unit").string() != unit)
-          fail(ErrorKind::Input, "{}: channel {} of an IMU is {} in {}", where, at, name, unit);
-        ++at;
-      }
+struct ChannelName {
+  std::string name, unit;
+};
+/// Channels of what is shown, others, and those of the truth, which are called as those that are shown.
+std::vector<ChannelName> with_truth(const std::vector<ChannelName>& shown,
+                                    const std::vector<ChannelName>& others = {}) {
+  std::vector<ChannelName> channels = shown;
+  channels.insert(channels.end(), others.begin(), others.end());
+  for (const ChannelName& channel : shown)
+    channels.push_back({"true_" + channel.name, channel.unit});
+  return channels;
+}
+
+/// The channels that kinds have; those of plug-ins are called, and measured in, what they like.
+const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
+  static const std::map<std::string, std::vector<ChannelName>> kChannels = {
+      {"barometer",
+       {{"pressure_pa", "Pa"}, {"true_pressure_pa", "Pa"}, {"true_altitude_msl_m", "m"}}},
+      {"gnss", with_truth({{"lat_deg", "deg"},
+                           {"lon_deg", "deg"},
+                           {"height_m", "m"},
+                           {"altitude_msl_m", "m"},
+                           {"velocity_north_mps", "m/s"},
+                           {"velocity_east_mps", "m/s"},
+                           {"velocity_down_mps", "m/s"}},
+                          {{"sigma_horizontal_m", "m"},
+                           {"sigma_vertical_m", "m"},
+                           {"sigma_velocity_horizontal_mps", "m/s"},
+                           {"sigma_velocity_vertical_mps", "m/s"},
+                           {"fix", ""}})},
+      {"imu", with_truth({{"gyro_x_radps", "rad/s"},
+                          {"gyro_y_radps", "rad/s"},
+                          {"gyro_z_radps", "rad/s"},
+                          {"accel_x_mps2", "m/s^2"},
+                          {"accel_y_mps2", "m/s^2"},
+                          {"accel_z_mps2", "m/s^2"}})},
+      {"magnetometer",
+       with_truth({{"field_x_nt", "nT"}, {"field_y_nt", "nT"}, {"field_z_nt", "nT"}})},
+      {"rangefinder", {{"range_m", "m"}}}};
+  return kChannels;
 }
 
 /// A column that every lidar has.
@@ -85,14 +111,19 @@ void check_channels_of_lidar(const Json& channels, const std::string& where) {
       fail(ErrorKind::Input, "{}: channel {} of a lidar is {}", where, i, kLidarColumns[i].name);
 }
 
-/// A rangefinder has one channel; those of plug-ins are called, and measured in, what they like.
 void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
-  if (kind == "imu") check_channels_of_imu(channels, where);
-  if (kind == "lidar") check_channels_of_lidar(channels, where);
-  if (kind != "rangefinder") return;
-  if (channels.size() != 1 || channels.at(0).at("name").string() != "range_m" ||
-      channels.at(0).at("unit").string() != "m")
-    fail(ErrorKind::Input, "{}: its channels are others than range_m in m", where);
+  if (kind == "lidar") return check_channels_of_lidar(channels, where);
+  const auto known = channels_of_kinds().find(kind);
+  if (known == channels_of_kinds().end()) return;
+  const std::vector<ChannelName>& right = known->second;
+  if (channels.size() != right.size())
+    fail(ErrorKind::Input, "{}: {} channels; a {} has {}, from {} on", where, channels.size(), kind,
+         right.size(), right[0].name);
+  for (std::size_t i = 0; i < right.size(); ++i)
+    if (channels.at(i).at("name").string() != right[i].name ||
+        channels.at(i).at("unit").string() != right[i].unit)
+      fail(ErrorKind::Input, "{}: channel {} of a {} is {} in {}", where, i, kind, right[i].name,
+           right[i].unit.empty() ? "no unit" : right[i].unit);
 }
 
 /// A number, or an infinite one.
@@ -107,6 +138,8 @@ void read_samples(const Dataset& dataset, const std::string& header, SensorRecor
   const std::vector<TextLine> lines = split_lines(text);
   if (lines.empty() || lines[0].text != header)
     fail(ErrorKind::Input, "{}:1: another header than {}", sensor.file, header);
+  // Ranges end in the sky, and plug-ins may show what they like.
+  const bool is_finite = sensor.kind != "rangefinder" && channels_of_kinds().contains(sensor.kind);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::string where = sensor.file + ":" + std::to_string(lines[i].number);
     const std::vector<std::string_view> cells = split_at(lines[i].text, ',');
@@ -115,8 +148,8 @@ void read_samples(const Dataset& dataset, const std::string& header, SensorRecor
            1 + sensor.num_channels);
     sensor.times_s.push_back(parse_number(cells[0], where));
     for (std::size_t k = 1; k < cells.size(); ++k)
-      sensor.values.push_back(sensor.kind == "imu" ? parse_number(cells[k], where)
-                                                   : parse_sample(cells[k], where));
+      sensor.values.push_back(is_finite ? parse_number(cells[k], where)
+                                        : parse_sample(cells[k], where));
   }
 }
 
@@ -179,7 +212,7 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (sensor.kind != "rangefinder" && sensor.kind != "imu" && sensor.kind != "lidar" &&
+  if (!channels_of_kinds().contains(sensor.kind) && sensor.kind != "lidar" &&
       sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
@@ -210,6 +243,11 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     const std::string settings = json.at("settings_toml").string();
     sensor.least_range_m = setting_of(settings, "least_range_m", where);
     sensor.most_range_m = setting_of(settings, "most_range_m", where);
+  }
+  if (sensor.kind == "barometer") {
+    const std::string settings = json.at("settings_toml").string();
+    sensor.sea_level_pressure_pa = setting_of(settings, "sea_level_pressure_pa", where);
+    sensor.warmer_k = setting_of(settings, "warmer_k", where);
   }
   if (sensor.kind == "imu")
     sensor.is_integrated = is_integrated(json.at("settings_toml").string(), where);

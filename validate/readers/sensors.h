@@ -18,6 +18,7 @@ struct SensorRecord {
   double least_range_m = 0.0, most_range_m = 0.0;  ///< of a rangefinder's settings
   /// Of an IMU's settings: samples are means over the time since the one before.
   bool is_integrated = false;
+  double sea_level_pressure_pa = 0.0, warmer_k = 0.0;  ///< of a barometer's settings
   std::vector<double> times_s;
   std::vector<double> values;  ///< of all channels, sample by sample; may be infinite
   std::size_t num_channels = 0;
@@ -29,6 +30,8 @@ struct SensorRecord {
       elevations_deg;                 ///< of rings, where the head spins; empty: of another pattern
   double beams_within_m = 0.0;        ///< so far from the sensor's middle they begin, at most
   std::vector<std::string> channels;  ///< names
+
+  const double* row(std::size_t sample) const { return &values[sample * num_channels]; }
 };
 
 /// The scans of a scanner that begin from a frame's time to before the next one's.
