@@ -16,6 +16,7 @@
   X(imu)                     \
   X(lidar)                   \
   X(magnetometer)            \
+  X(radar_altimeter)         \
   X(rangefinder)
 
 namespace terracast::sensors {

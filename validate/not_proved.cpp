@@ -219,6 +219,8 @@ constexpr Row kRows[] = {
      "where motions change too fast between samples to tell"},
     {"", "*/sensors/*.csv", "true_altitude_msl_m",
      "between the frames' times: where the body is then is not stated"},
+    {"", "*/sensors/*.csv", "true_range_m",
+     "within its limits; no check casts as many rays as a cone takes"},
     {"", "*/sensors/*.csv", "true_field_*",
      "between the frames' times: how the body is turned then is not stated"},
     {"", "*/sensors/*.csv", "range_m",

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -88,6 +90,11 @@ inline core::Choice<sensors::SensorInfo> sensor_of(const std::string& kind,
 /// A world over which sensors fly; its time 0 is 2025-06-21T10:00:00Z.
 class SensorFlight {
  public:
+  /// make   writes the world into a folder
+  explicit SensorFlight(
+      const std::function<world::TileStore(const std::filesystem::path&)>& make = make_hills)
+      : traced_(make(folder_.path()), small_plan(2, 24, 16)) {}
+
   /// Values of all channels, sample by sample, at k / rate_hz.
   std::vector<double> measure(const std::string& kind, const std::string& keys,
                               std::shared_ptr<const geo::Trajectory> motion, double rate_hz,
@@ -110,7 +117,7 @@ class SensorFlight {
 
  private:
   ScratchFolder folder_;
-  TracedPlan traced_{make_hills(folder_.path()), small_plan(2, 24, 16)};
+  TracedPlan traced_;
 };
 
 }  // namespace terracast::test

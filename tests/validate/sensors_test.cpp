@@ -56,6 +56,17 @@ TEST(Sensors, ARangefinderHasItsOneChannel) {
     EXPECT_THROW(read_one("rangefinder", channels, "time_s\n0\n"), core::Error) << channels;
 }
 
+TEST(Sensors, ChannelsOfOurKindsAreTheirOwn) {
+  const std::string ranges =
+      R"([{"name": "range_m", "unit": "m"}, {"name": "true_range_m", "unit": "m"}])";
+  EXPECT_EQ(
+      read_one("radar_altimeter", ranges, "time_s,range_m,true_range_m\n0,inf,7\n").values.size(),
+      2U);
+  const std::string field = R"([{"name": "field_x_nt", "unit": "nT"}])";
+  EXPECT_THROW(read_one("magnetometer", field, "time_s,field_x_nt\n0,1\n"), core::Error);
+  EXPECT_THROW(read_one("compass", field, "time_s,field_x_nt\n0,1\n"), core::Error);
+}
+
 // Places of single images are those of georeference.csv: micrometres of height.
 TEST(Sensors, PlacesOfGeoreferencesAreRounded) {
   for (const char* format : {"coco", "kitti_object", "kitti", "kitti_raw"}) {

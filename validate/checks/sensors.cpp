@@ -46,13 +46,15 @@ void compare_times(const SensorRecord& sensor, const Sequence& sequence,
 }
 
 void compare_ranges_with_settings(const SensorRecord& sensor, FileContradictions& found) {
-  if (sensor.kind != "rangefinder") return;
-  for (std::size_t k = 0; k < sensor.values.size(); ++k)
-    found.expect(sensor.values[k] >= sensor.least_range_m &&
-                     (sensor.values[k] <= sensor.most_range_m ||
-                      sensor.values[k] == std::numeric_limits<double>::infinity()),
-                 "{}: range {} of sample {} is outside {} to {} m", sensor.file, sensor.values[k],
-                 k, sensor.least_range_m, sensor.most_range_m);
+  if (!measures_ranges(sensor)) return;
+  for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
+    const double range_m = sensor.row(k)[sensor.num_channels - 1];
+    found.expect(
+        range_m >= sensor.least_range_m &&
+            (range_m <= sensor.most_range_m || range_m == std::numeric_limits<double>::infinity()),
+        "{}: range {} of sample {} is outside {} to {} m", sensor.file, range_m, k,
+        sensor.least_range_m, sensor.most_range_m);
+  }
 }
 
 /// The body's pose that follows from the rig's mount is one and the same for all that the rig carries.

@@ -72,6 +72,7 @@ const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
                           {"accel_z_mps2", "m/s^2"}})},
       {"magnetometer",
        with_truth({{"field_x_nt", "nT"}, {"field_y_nt", "nT"}, {"field_z_nt", "nT"}})},
+      {"radar_altimeter", with_truth({{"range_m", "m"}})},
       {"rangefinder", {{"range_m", "m"}}}};
   return kChannels;
 }
@@ -139,7 +140,7 @@ void read_samples(const Dataset& dataset, const std::string& header, SensorRecor
   if (lines.empty() || lines[0].text != header)
     fail(ErrorKind::Input, "{}:1: another header than {}", sensor.file, header);
   // Ranges end in the sky, and plug-ins may show what they like.
-  const bool is_finite = sensor.kind != "rangefinder" && channels_of_kinds().contains(sensor.kind);
+  const bool is_finite = !measures_ranges(sensor) && channels_of_kinds().contains(sensor.kind);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::string where = sensor.file + ":" + std::to_string(lines[i].number);
     const std::vector<std::string_view> cells = split_at(lines[i].text, ',');
@@ -239,7 +240,7 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.channels.push_back(channels.at(i).at("name").string());
     header += "," + sensor.channels.back();
   }
-  if (sensor.kind == "rangefinder" || sensor.kind == "lidar") {
+  if (measures_ranges(sensor) || sensor.kind == "lidar") {
     const std::string settings = json.at("settings_toml").string();
     sensor.least_range_m = setting_of(settings, "least_range_m", where);
     sensor.most_range_m = setting_of(settings, "most_range_m", where);
@@ -279,6 +280,8 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
              column.kind, column.item_size, right);
     }
   return table;
+bool measures_ranges(const SensorRecord& sensor) {
+  return sensor.kind == "rangefinder" || sensor.kind == "radar_altimeter";
 }
 
 std::vector<SensorRecord> read_sensors(const Dataset& dataset, const Sequence& sequence) {

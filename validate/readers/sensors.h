@@ -15,7 +15,7 @@ struct SensorRecord {
   std::string file;  ///< relative to the dataset
   double rate_hz = 0.0;
   Pose body_from_sensor, rig_from_sensor;
-  double least_range_m = 0.0, most_range_m = 0.0;  ///< of a rangefinder's settings
+  double least_range_m = 0.0, most_range_m = 0.0;  ///< of settings, where it measures_ranges()
   /// Of an IMU's settings: samples are means over the time since the one before.
   bool is_integrated = false;
   double sea_level_pressure_pa = 0.0, warmer_k = 0.0;  ///< of a barometer's settings
@@ -37,6 +37,8 @@ struct SensorRecord {
 /// The scans of a scanner that begin from a frame's time to before the next one's.
 /// throws   Input: other columns than sensors.json says; as parse_npy_table(); Io
 NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame);
+/// Its last channel is a range, or its truth, within the settings' limits or +inf.
+bool measures_ranges(const SensorRecord& sensor);
 
 /// Reads sensors.json of a sequence and the samples that it names; of a kind that is not known, too.
 /// returns  nothing where the sequence has none
