@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <functional>
 #include <string>
+#include <utility>
 
 #include "core/atomic_file.h"
 #include "core/json.h"
@@ -9,7 +12,8 @@
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
-/// A flight with inertial units through the whole program: its datasets hold, and wrong samples are found.
+/// A flight with inertial units and what navigates through the whole program: its datasets hold, and wrong samples are
+/// found.
 namespace terracast::test {
 namespace {
 
@@ -39,6 +43,27 @@ kind = "imu"
 rate_hz = 90.0
 sampling = "integrated"
 
+[[rigs.sensors]]
+name = "receiver"
+kind = "gnss"
+rate_hz = 10.0
+offset_mm = [-500.0, 100.0, 400.0]
+single = "{0}/gnss_ins_sim_low/single.toml"
+
+[[rigs.sensors]]
+name = "air"
+kind = "barometer"
+rate_hz = 25.0
+sea_level_pressure_pa = 100800.0
+errors = "{0}/px4_gazebo/barometer.toml"
+
+[[rigs.sensors]]
+name = "compass"
+kind = "magnetometer"
+rate_hz = 50.0
+euler_deg = [90.0, 0.0, 0.0]
+errors = "{0}/gnss_ins_sim_low/magnetometer.toml"
+
 [[exports]]
 format = "terracast"
 
@@ -54,6 +79,28 @@ core::Json result_of(const core::Json& report, const std::string& name) {
   return core::Json::object();
 }
 
+/// Writes a table of samples anew, each row changed.
+void change_rows(const std::filesystem::path& file,
+                 const std::function<std::string(const std::string&)>& changed) {
+  std::string wrong;
+  const std::string text = core::read_text_file(file);
+  for (std::size_t at = 0, line = 0; at < text.size(); ++line) {
+    const std::size_t end = text.find('\n', at);
+    const std::string row = text.substr(at, end - at);
+    wrong += (line == 0 ? row : changed(row)) + "\n";
+    at = end + 1;
+  }
+  core::write_file(file, wrong);
+}
+
+/// A row with a column negated, counted from the last, 0.
+std::string with_negated(const std::string& row, int column_from_end) {
+  std::size_t before = row.rfind(',');
+  for (int i = 0; i < column_from_end; ++i) before = row.rfind(',', before - 1);
+  const std::string head = row.substr(0, before + 1), tail = row.substr(before + 1);
+  return head + (tail.starts_with('-') ? tail.substr(1) : "-" + tail);
+}
+
 TEST(InertialFlight, HoldsAndWrongSamplesAreFound) {
   const ScratchFolder scratch;
   core::write_file(scratch / "job.toml",
@@ -64,36 +111,29 @@ TEST(InertialFlight, HoldsAndWrongSamplesAreFound) {
   ASSERT_EQ(run.status, 0) << run.output;
   for (const char* format : {"terracast", "colmap"}) {
     const core::Json report = core::Json::read(out / "report" / format / "report.json");
-    for (const char* name : {"inertial_position", "inertial_rotation"}) {
+    for (const char* name :
+         {"inertial_position", "inertial_rotation", "navigation_position", "navigation_velocity",
+          "navigation_fixes", "navigation_sea_level", "navigation_pressure", "navigation_field"}) {
       EXPECT_TRUE(result_of(report, name).at("ok").boolean()) << format << ", " << name;
       EXPECT_FALSE(result_of(report, name).at("unseen").boolean()) << format << ", " << name;
     }
   }
-  // Gravity with the other sign: the truth's last column.
+  // Of the truth, gravity, the velocity to the east and the field upwards with the other sign.
   const auto dataset = out / "export/terracast";
-  const auto file = dataset / "P000/sensors/down/means.csv";
-  std::string wrong;
-  const std::string text = core::read_text_file(file);
-  for (std::size_t at = 0, line = 0; at < text.size(); ++line) {
-    const std::size_t end = text.find('\n', at);
-    std::string row = text.substr(at, end - at);
-    if (line > 0) {
-      const std::size_t last = row.rfind(',') + 1;
-      row =
-          row.substr(0, last) + (row[last] == '-' ? row.substr(last + 1) : "-" + row.substr(last));
-    }
-    wrong += row + "\n";
-    at = end + 1;
-  }
-  core::write_file(file, wrong);
+  for (const auto& [sensor, column] : {std::pair{"means", 0}, {"receiver", 1}, {"compass", 0}})
+    change_rows(dataset / fmt::format("P000/sensors/down/{}.csv", sensor),
+                [&](const std::string& row) { return with_negated(row, column); });
   list_files_again(dataset);
   const ProgramResult validated = run_program(
       {"validate", dataset.string(), "--report", (scratch / "report").string(), "--quiet"});
   EXPECT_EQ(validated.status, 1) << validated.output;
   const core::Json report = core::Json::read(scratch / "report/report.json");
-  EXPECT_FALSE(result_of(report, "inertial_position").at("ok").boolean());
-  EXPECT_NE(result_of(report, "inertial_position").at("worst").string().find("means.csv"),
-            std::string::npos);
+  for (const auto& [name, file] : {std::pair{"inertial_position", "means.csv"},
+                                   {"navigation_velocity", "receiver.csv"},
+                                   {"navigation_field", "compass.csv"}}) {
+    EXPECT_FALSE(result_of(report, name).at("ok").boolean()) << name;
+    EXPECT_NE(result_of(report, name).at("worst").string().find(file), std::string::npos) << name;
+  }
 }
 
 }  // namespace

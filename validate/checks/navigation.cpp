@@ -76,6 +76,16 @@ struct Stated {
 };
 constexpr std::size_t kSigmas = 7, kFix = 11, kTruth = 12;
 
+/// UTC of the first frame in seconds since 1970; nothing where none is stated.
+std::optional<double> start_of(const Sequence& sequence) {
+  try {
+    return 1e-9 * static_cast<double>(parse_utc_ns(sequence.utc_start, "utc_start"));
+  } catch (const core::Error& error) {
+    if (error.kind() != core::ErrorKind::Input) throw;
+    return std::nullopt;
+  }
+}
+
 /// Places of doubles of degrees, carried to the Earth's size.
 constexpr double kPlaceRounding_m = 2e-8;
 
@@ -155,9 +165,12 @@ class NavigationChecker : public Checker {
 
   void compare_field(const Sequence& sequence, const SensorRecord& sensor, std::size_t k,
                      const Pose& ecef_from_sensor, const PoseRounding& rounding) {
-    if (!start_unix_s_)
-      start_unix_s_ = 1e-9 * static_cast<double>(parse_utc_ns(sequence.utc_start, "utc_start"));
-    const double year = decimal_year(*start_unix_s_ + sensor.times_s[k]);
+    const std::optional<double> start_unix_s = start_of(sequence);
+    if (!start_unix_s) {
+      field_.note(1e9, 1.0, fmt::format("{}: utc_start is no time", sample_of(sensor, k)));
+      return;
+    }
+    const double year = decimal_year(*start_unix_s + sensor.times_s[k]);
     const Vector3d right = ecef_from_sensor.rotation.transpose() *
                            magnetic_field_ecef_nt(ecef_from_sensor.translation, year);
     const double* row = sensor.row(k);
@@ -300,7 +313,6 @@ class NavigationChecker : public Checker {
   }
 
   Undulation undulation_m_;
-  std::optional<double> start_unix_s_;
   Share place_, speed_, shown_, sea_level_, pressure_, field_;
 };
 
