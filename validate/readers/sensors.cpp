@@ -280,6 +280,8 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
              column.kind, column.item_size, right);
     }
   return table;
+}
+
 bool measures_ranges(const SensorRecord& sensor) {
   return sensor.kind == "rangefinder" || sensor.kind == "radar_altimeter";
 }
