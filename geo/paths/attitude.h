@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "geo/geodesy.h"
+#include "geo/paths/changing.h"
 #include "geo/paths/uniform_spline.h"
 #include "geo/trajectory.h"
 
@@ -43,11 +44,6 @@ struct PointMotion {
 
   /// The motion `later_s` later, or earlier, if it goes on with this acceleration.
   PointMotion extended(double later_s) const;
-};
-
-/// A vector of the world and its first two derivatives by time.
-struct Changing {
-  Eigen::Vector3d value, rate, second;
 };
 
 /// Turns a body along the way that it travels, its z axis as near to the local up (the ellipsoid's

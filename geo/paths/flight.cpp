@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "geo/paths/above_ground.h"
 #include "geo/paths/place.h"
 #include "geo/units.h"
 
@@ -71,16 +72,10 @@ std::vector<Sample> sample_path(const Path& path, const ArcLength& arc_length,
     sample.place = context.frame.geodetic_from_world(point.position_world);
     const Eigen::Vector3d up = context.frame.up_world(point.position_world);
     sample.climb_rad = std::asin(std::clamp(up.dot(point.first.normalized()), -1.0, 1.0));
-    const std::optional<double> ground_m =
-        context.ground_height_m(sample.place.lat_deg, sample.place.lon_deg);
-    if (!ground_m || !std::isfinite(*ground_m)) {
-      core::fail(
-          core::ErrorKind::Input,
-          "the path leaves the world's ground after {:.0f} m, about t = {:.1f} s ({}); shorten "
-          "or move it, or make the world larger",
-          sample.length_m, sample.length_m / speed_mps, text_of(sample.place));
-    }
-    sample.agl_m = sample.place.height_m - *ground_m;
+    sample.agl_m = agl_on_path_m(sample.place, context, [&] {
+      return fmt::format("after {:.0f} m, about t = {:.1f} s", sample.length_m,
+                         sample.length_m / speed_mps);
+    });
     samples.push_back(sample);
   }
   return samples;
@@ -226,17 +221,10 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
     return SpeedProfile(speeds, plan.attitude.continuity).time_at(at.length_m);
   };
   const Sample& low = lowest(samples);
-  // A flight at just the least height is one: heights between waypoints are level to a centimetre.
-  constexpr double kAglTolerance_m = 0.01;
-  if (low.agl_m < options.min_agl_m - kAglTolerance_m) {
-    const std::string found =
-        low.agl_m < 0.0 ? fmt::format("{:.1f} m below the ground", -low.agl_m)
-                        : fmt::format("{:.1f} m above the ground, less than min_agl_m = {:.1f} m,",
-                                      low.agl_m, options.min_agl_m);
-    core::fail(core::ErrorKind::Input, "the path is {} at t = {:.1f} s ({}); {}{}", found,
-               time_of(low), text_of(low.place), plan.how_to_raise(low.u),
-               options.terrain_following ? "" : ", or set terrain_following");
-  }
+  if (low.agl_m < options.min_agl_m)
+    refuse_too_low(
+        {low.agl_m, time_of(low), low.place}, options.min_agl_m,
+        plan.how_to_raise(low.u) + (options.terrain_following ? "" : ", or set terrain_following"));
   const Sample& steepest =
       *std::max_element(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
         return std::abs(a.climb_rad) < std::abs(b.climb_rad);
