@@ -110,6 +110,9 @@ std::string unit_of(std::string_view name) {
       {"_nt", "nT"},
       {"_pa_per_sqrt_s", "Pa/√s"},
       {"_radps", "rad/s"},
+      {"_n_s2_per_rad2", "N/(rad/s)²"},
+      {"_n_s2_per_rad_m", "N/(rad/s)/(m/s)"},
+      {"_mps3", "m/s³"},
       {"_mps2", "m/s²"},
       {"_mps", "m/s"},
       {"_mrad", "mrad"}};
