@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "core/error.h"
@@ -86,6 +87,15 @@ std::optional<double> start_of(const Sequence& sequence) {
   }
 }
 
+/// How far a camera is from the body's reference point: attitudes of cameras carry the body's place by that.
+double longest_arm_m(const Sequence& sequence) {
+  double longest_m = 0.0;
+  for (const Camera& camera : sequence.cameras)
+    if (camera.body_from_camera)
+      longest_m = std::max(longest_m, camera.body_from_camera->translation.norm());
+  return longest_m;
+}
+
 /// Places of doubles of degrees, carried to the Earth's size.
 constexpr double kPlaceRounding_m = 2e-8;
 
@@ -132,8 +142,9 @@ class NavigationChecker : public Checker {
       const double distance_m = first ? (body->translation - first->translation).norm() : 0.0;
       const PoseRounding rounding = pose_rounding(dataset.format, distance_m);
       const Pose ecef_from_sensor = ecef_from_enu * *body * sensor.body_from_sensor;
-      const double off_m = kPlaceRounding_m + rounding.position_m +
-                           sensor.body_from_sensor.translation.norm() * rounding.angle_rad;
+      const double arms_m = sensor.body_from_sensor.translation.norm() + longest_arm_m(sequence);
+      const double off_m =
+          kPlaceRounding_m + rounding.position_m + 2.0 * arms_m * rounding.angle_rad;
       if (sensor.kind == "magnetometer")
         compare_field(sequence, sensor, k, ecef_from_sensor, rounding);
       else
@@ -155,12 +166,31 @@ class NavigationChecker : public Checker {
       place_.note(off.norm(), off_m,
                   fmt::format("{}: {:.3g} m beside the antenna", sample_of(sensor, k), off.norm()));
     }
-    const std::optional<double> undulation_m =
-        undulation_m_ ? undulation_m_(right.lat_deg, right.lon_deg) : std::nullopt;
-    if (!undulation_m) return;
-    const double off = std::abs(altitude_m - (right.height_m - *undulation_m));
-    // The geoid's slope is below 1e-3.
-    sea_level_.note(off, 1.001 * off_m, fmt::format("{}: {:.3g} m", sample_of(sensor, k), off));
+    if (const std::optional<double> off = off_sea_level_m(right, altitude_m, off_m))
+      sea_level_.note(*off, off_m, fmt::format("{}: {:.3g} m", sample_of(sensor, k), *off));
+  }
+
+  /// By how much an altitude is beside all those of places so near: the geoid steps by centimetres from cell to cell of
+  /// its grid.
+  std::optional<double> off_sea_level_m(const Geodetic& place, double altitude_m,
+                                        double near_m) const {
+    if (!undulation_m_) return std::nullopt;
+    constexpr double kEarth_m = 6.3e6;
+    const double across_deg = degrees_from_radians(2.0 * near_m / kEarth_m);
+    const double along_deg =
+        across_deg / std::max(1e-6, std::cos(radians_from_degrees(place.lat_deg)));
+    double least_m = std::numeric_limits<double>::infinity(), most_m = -least_m;
+    for (const double north : {-1.0, 0.0, 1.0})
+      for (const double east : {-1.0, 0.0, 1.0}) {
+        const std::optional<double> undulation_m =
+            undulation_m_(std::clamp(place.lat_deg + north * across_deg, -90.0, 90.0),
+                          place.lon_deg + east * along_deg);
+        if (!undulation_m) return std::nullopt;
+        least_m = std::min(least_m, *undulation_m);
+        most_m = std::max(most_m, *undulation_m);
+      }
+    const double stated_m = place.height_m - altitude_m;
+    return std::max({0.0, least_m - stated_m, stated_m - most_m});
   }
 
   void compare_field(const Sequence& sequence, const SensorRecord& sensor, std::size_t k,
