@@ -108,13 +108,16 @@ std::optional<std::pair<double, double>> Area::extent_of_strip(const Eigen::Vect
   return extent;
 }
 
+Eigen::Vector2d resolve_corner(const Corner& corner, const TrajectoryContext& context,
+                               const std::string& what) {
+  return resolve_place(place_of(corner), context, what).head<2>();
+}
+
 Area resolve_area(const std::vector<Corner>& corners, const TrajectoryContext& context) {
   std::vector<Eigen::Vector2d> places;
   for (const Corner& corner : corners)
-    places.push_back(
-        resolve_place(place_of(corner), context,
-                      fmt::format("corner {} of the area (counted from 0)", places.size()))
-            .head<2>());
+    places.push_back(resolve_corner(
+        corner, context, fmt::format("corner {} of the area (counted from 0)", places.size())));
   return Area(std::move(places));
 }
 
@@ -126,7 +129,7 @@ double ground_w_m(const Eigen::Vector2d& place, double near_w_m, const Trajector
   const auto ground_m = context.ground_height_m(at.lat_deg, at.lon_deg);
   if (!ground_m || !std::isfinite(*ground_m))
     fail(ErrorKind::Input,
-         "the area, or the turns beside it, leaves the world's ground at {}; make it smaller, or "
+         "the flight, or a turn of it, leaves the world's ground at {}; make it smaller, or "
          "the world larger",
          text_of(at));
   at.height_m = *ground_m;

@@ -44,6 +44,11 @@ class Area {
   std::vector<Eigen::Vector2d> corners_;
 };
 
+/// A corner's place in the world's x and y. `what` names it.
+/// throws Input: no ground there
+Eigen::Vector2d resolve_corner(const Corner& corner, const TrajectoryContext& context,
+                               const std::string& what);
+
 /// The area between corners on the ground.
 /// throws Input: no ground there
 Area resolve_area(const std::vector<Corner>& corners, const TrajectoryContext& context);

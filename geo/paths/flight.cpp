@@ -160,6 +160,14 @@ Attitude AttitudeOptions::attitude() const {
   return attitude;
 }
 
+double AttitudeOptions::turn_radius_m(double speed_mps) const {
+  constexpr double kShareOfBank = 0.8, kLeastBank_deg = 5.0, kUsualBank_deg = 30.0;
+  const double bank_deg = bank == "none" ? kUsualBank_deg : std::max(max_bank_deg, kLeastBank_deg);
+  return std::max(1.0,
+                  speed_mps * speed_mps /
+                      (kGravity_mps2 * std::tan(radians_from_degrees(kShareOfBank * bank_deg))));
+}
+
 void FlightOptions::describe(core::SchemaVisitor& visit) {
   visit.key("speed_mps", speed_mps, "Speed along the path.", core::between(0.01, 1000.0));
   AttitudeOptions::describe(visit);

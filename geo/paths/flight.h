@@ -22,6 +22,8 @@ struct AttitudeOptions {
   void describe(core::SchemaVisitor& visit);
   /// The attitude these options ask for, nose forward.
   Attitude attitude() const;
+  /// Radius of a turn that banks by four fifths of what is allowed, or by 24 degrees where none banks.
+  double turn_radius_m(double speed_mps) const;
   Continuity continuity_of_path() const {
     return continuity == "fourth" ? Continuity::Fourth : Continuity::Second;
   }

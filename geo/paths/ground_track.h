@@ -20,6 +20,9 @@ class GroundTrack {
   /// reached by swinging out first.
   void turn_back(double left_m, double radius_m);
 
+  /// Goes to a place and direction the shortest way that turns, goes straight and turns again.
+  void go_to(const Eigen::Vector2d& place, const Eigen::Vector2d& ahead, double radius_m);
+
   double length_m() const { return length_m_; }
   Eigen::Vector2d at(double length_m) const;
 

@@ -7,6 +7,7 @@
 #include "geo/paths/control_path.h"
 #include "geo/paths/flight.h"
 #include "geo/paths/ground_track.h"
+#include "geo/paths/over_ground.h"
 #include "geo/trajectory.h"
 #include "geo/units.h"
 
@@ -34,6 +35,8 @@ class Survey final : public TrajectoryKind {
     visit.list("area", area_, "The corners of the area, in order; three or more.");
     visit.key("heading_deg", heading_deg_, "Direction of the first line, clockwise from north.",
               core::between(-360.0, 360.0));
+    visit.key("double_grid", double_grid_,
+              "Fly the area a second time, with lines across the first ones.");
     visit.key(
         "profile", profile_,
         "level: at one height, height_m above the highest measured ground of the area. terrain: "
@@ -75,23 +78,25 @@ class Survey final : public TrajectoryKind {
     const Area area = resolve_area(area_, context);
     const Footprint footprint = footprint_at(height_m_);
     const FlightOptions flight = flight_options(footprint, context.rate_hz);
-    const double radius_m = turn_radius_m(flight.speed_mps);
-    const Lines lines = lines_over(area, footprint);
-    const GroundTrack track = track_along(lines, radius_m, footprint);
-    const std::size_t num_steps = steps_of(track, radius_m);
-    const double spacing_m = track.length_m() / static_cast<double>(num_steps);
-    std::vector<Eigen::Vector3d> controls;
-    for (std::size_t i = 0; i <= num_steps; ++i) {
-      const Eigen::Vector2d at = track.at(spacing_m * static_cast<double>(i));
-      controls.emplace_back(at.x(), at.y(), 0.0);
+    const double radius_m = attitude_.turn_radius_m(flight.speed_mps);
+    GroundTrack track = track_along(lines_over(area, footprint, heading_deg_), radius_m, footprint);
+    if (double_grid_) {
+      const Lines across = lines_over(area, footprint, heading_deg_ + 90.0);
+      go_along(across, radius_m, footprint, track);
     }
+    TrackControls controls = controls_along(track, radius_m, "Fly higher, or over a smaller area");
     if (profile_ == "level")
       fly_level(area, context, controls);
     else
-      follow_terrain(context, spacing_m, controls);
+      follow_terrain({.height_m = height_m_,
+                      .min_agl_m = min_agl_m_,
+                      .follow_length_m = follow_length_m_,
+                      .max_climb_deg = max_climb_deg_,
+                      .continuity = attitude_.continuity_of_path()},
+                     context, controls);
     FlightPlan plan;
-    plan.path = std::make_shared<ControlPath>(Flattened(context.frame.origin()), controls,
-                                              spacing_m, attitude_.continuity_of_path());
+    plan.path = std::make_shared<ControlPath>(Flattened(context.frame.origin()), controls.controls,
+                                              controls.spacing_m, attitude_.continuity_of_path());
     plan.attitude = attitude_.attitude();
     plan.how_to_raise = [](double) { return "raise height_m"; };
     return fly(plan, flight, context);
@@ -121,20 +126,9 @@ class Survey final : public TrajectoryKind {
     return flight;
   }
 
-  /// Of a turn that banks by four fifths of what is allowed, or by 24 degrees where none banks.
-  double turn_radius_m(double speed_mps) const {
-    constexpr double kShareOfBank = 0.8, kLeastBank_deg = 5.0, kUsualBank_deg = 30.0;
-    const double bank_deg = attitude_.bank == "none"
-                                ? kUsualBank_deg
-                                : std::max(attitude_.max_bank_deg, kLeastBank_deg);
-    return std::max(1.0,
-                    speed_mps * speed_mps /
-                        (kGravity_mps2 * std::tan(radians_from_degrees(kShareOfBank * bank_deg))));
-  }
-
   // The area's width is shared out evenly, so that the outer lines lie half a spacing inside.
-  Lines lines_over(const Area& area, const Footprint& footprint) const {
-    const double heading = radians_from_degrees(heading_deg_);
+  Lines lines_over(const Area& area, const Footprint& footprint, double heading_deg) const {
+    const double heading = radians_from_degrees(heading_deg);
     Lines lines;
     lines.along = {std::sin(heading), std::cos(heading)};
     lines.across = {std::cos(heading), -std::sin(heading)};
@@ -159,20 +153,35 @@ class Survey final : public TrajectoryKind {
     return lines;
   }
 
+  GroundTrack track_along(const Lines& lines, double radius_m, const Footprint& footprint) const {
+    GroundTrack track(start_of(lines, footprint), lines.along);
+    go_along(lines, radius_m, footprint, track);
+    return track;
+  }
+
+  double run_out_m(const Footprint& footprint) const {
+    return footprint.along_m * (1.0 - overlap_);
+  }
+
+  /// Where the first line begins.
+  Eigen::Vector2d start_of(const Lines& lines, const Footprint& footprint) const {
+    return (lines.extents[0].first - run_out_m(footprint)) * lines.along +
+           lines.positions[0] * lines.across;
+  }
+
   // Each line goes on by a picture's advance at both ends, and to where the turn to the next begins
   // and ends beside it.
-  GroundTrack track_along(const Lines& lines, double radius_m, const Footprint& footprint) const {
-    const double run_out_m = footprint.along_m * (1.0 - overlap_);
+  void go_along(const Lines& lines, double radius_m, const Footprint& footprint,
+                GroundTrack& track) const {
     const auto begin_of = [&](std::size_t i) {  // in the direction of line i
       const auto& extent = lines.extents[i];
-      return (i % 2 == 0 ? extent.first : -extent.second) - run_out_m;
+      return (i % 2 == 0 ? extent.first : -extent.second) - run_out_m(footprint);
     };
     const auto end_of = [&](std::size_t i) {
       const auto& extent = lines.extents[i];
-      return (i % 2 == 0 ? extent.second : -extent.first) + run_out_m;
+      return (i % 2 == 0 ? extent.second : -extent.first) + run_out_m(footprint);
     };
-    const Eigen::Vector2d start = begin_of(0) * lines.along + lines.positions[0] * lines.across;
-    GroundTrack track(start, lines.along);
+    if (track.length_m() > 0.0) track.go_to(start_of(lines, footprint), lines.along, radius_m);
     double at = begin_of(0);
     for (std::size_t i = 0; i < lines.positions.size(); ++i) {
       const bool is_last = i + 1 == lines.positions.size();
@@ -183,28 +192,14 @@ class Survey final : public TrajectoryKind {
       track.turn_back(i % 2 == 0 ? -across_m : across_m, radius_m);
       at = -end;
     }
-    return track;
   }
 
-  static std::size_t steps_of(const GroundTrack& track, double radius_m) {
-    constexpr double kMostSteps = 400000.0;
-    const double step_m = std::clamp(radius_m / 6.0, 0.5, 10.0);
-    const double steps = std::ceil(track.length_m() / step_m);
-    if (steps > kMostSteps)
-      fail(ErrorKind::Config,
-           "the lines are {:.0f} km long; that is more than {:.0f} steps of {:.1f} m. Fly higher, "
-           "or over a smaller area",
-           track.length_m() / 1000.0, kMostSteps, step_m);
-    return std::max<std::size_t>(static_cast<std::size_t>(steps), 4);
-  }
-
-  void fly_level(const Area& area, const TrajectoryContext& context,
-                 std::vector<Eigen::Vector3d>& controls) const {
+  void fly_level(const Area& area, const TrajectoryContext& context, TrackControls& track) const {
     // A grid over the area, and the ground below the path itself.
     constexpr int kCells = 100;
     const auto [west, east] = area.extent(Eigen::Vector2d::UnitX());
     const auto [south, north] = area.extent(Eigen::Vector2d::UnitY());
-    double highest_w_m = ground_w_m(controls.front().head<2>(), 0.0, context);
+    double highest_w_m = ground_w_m(track.controls.front().head<2>(), 0.0, context);
     for (int i = 0; i <= kCells; ++i)
       for (int k = 0; k <= kCells; ++k) {
         const Eigen::Vector2d at(west + (east - west) * i / kCells,
@@ -212,32 +207,13 @@ class Survey final : public TrajectoryKind {
         if (area.contains(at))
           highest_w_m = std::max(highest_w_m, ground_w_m(at, highest_w_m, context));
       }
-    for (const Eigen::Vector3d& control : controls)
-      highest_w_m = std::max(highest_w_m, ground_w_m(control.head<2>(), highest_w_m, context));
-    for (Eigen::Vector3d& control : controls) control.z() = highest_w_m + height_m_;
-  }
-
-  void follow_terrain(const TrajectoryContext& context, double spacing_m,
-                      std::vector<Eigen::Vector3d>& controls) const {
-    std::vector<double> ground_m;
-    for (const Eigen::Vector3d& control : controls)
-      ground_m.push_back(
-          ground_w_m(control.head<2>(), ground_m.empty() ? 0.0 : ground_m.back(), context));
-    const int reach = std::max(1, static_cast<int>(std::ceil(follow_length_m_ / spacing_m)));
-    std::vector<double> heights = smoothed(ground_m, reach, false);
-    // The spline stays within so many controls on both sides.
-    const std::vector<double> obstacles =
-        widened(ground_m, UniformSpline::reach_of(attitude_.continuity_of_path()), false);
-    for (std::size_t i = 0; i < heights.size(); ++i)
-      heights[i] = std::max(heights[i] + height_m_, obstacles[i] + min_agl_m_);
-    constexpr double kShareOfClimb = 0.95;  // what is left is for the last corrections
-    limit_steps(heights,
-                spacing_m * std::tan(radians_from_degrees(kShareOfClimb * max_climb_deg_)));
-    for (std::size_t i = 0; i < controls.size(); ++i) controls[i].z() = heights[i];
+    highest_w_m = highest_ground_w_m(track, highest_w_m, context);
+    for (Eigen::Vector3d& control : track.controls) control.z() = highest_w_m + height_m_;
   }
 
   std::vector<Corner> area_;
   double heading_deg_ = 0.0;
+  bool double_grid_ = false;
   std::string profile_ = "level";
   double height_m_ = 120.0;
   double view_across_deg_ = 60.0;

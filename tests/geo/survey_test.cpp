@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "geo/paths/area.h"
 #include "geo/paths/ground_track.h"
@@ -141,6 +142,40 @@ TEST(Survey, FollowsTheTerrainWithABoundedClimb) {
   EXPECT_GT(most_climb, 10.0 * kDegree);
 }
 
+TEST(Survey, ADoubleGridFliesLinesAcrossTheFirst) {
+  const GroundWorld world = hilly_world();
+  const auto single = fly_field(kField, world);
+  const auto twice = fly_field(std::string(kField) + "double_grid = true\n", world);
+  EXPECT_GT(twice->duration_s(), 1.7 * single->duration_s());
+  // East is flown first, north after; every strip of the field in both directions.
+  const double spacing_m = 2.0 * 150.0 * std::tan(30.0 * kDegree) * 0.4;
+  std::vector<double> north_lines, east_lines;
+  double last_east_s = 0.0, first_north_s = 1e9;
+  for (double time_s = 0.0; time_s < twice->duration_s(); time_s += 0.5) {
+    const MotionState state = twice->at(time_s);
+    const Eigen::Vector3d& at = state.world_from_body.translation;
+    const Eigen::Vector3d way = state.velocity_world_mps.normalized();
+    const bool is_over = at.x() > 100.0 && at.x() < 1100.0 && at.y() > 100.0 && at.y() < 500.0;
+    if (!is_over) continue;
+    if (std::abs(way.x()) > 0.99999) {
+      east_lines.push_back(at.y());
+      last_east_s = time_s;
+    }
+    if (std::abs(way.y()) > 0.99999) {
+      north_lines.push_back(at.x());
+      first_north_s = std::min(first_north_s, time_s);
+    }
+  }
+  EXPECT_LT(last_east_s, first_north_s);
+  const auto is_near = [&](const std::vector<double>& lines, double place) {
+    return std::any_of(lines.begin(), lines.end(),
+                       [&](double line) { return std::abs(line - place) < 0.51 * spacing_m; });
+  };
+  for (double place = 150.0; place < 450.0; place += 10.0) EXPECT_TRUE(is_near(east_lines, place));
+  for (double place = 150.0; place < 1050.0; place += 10.0)
+    EXPECT_TRUE(is_near(north_lines, place)) << place;
+}
+
 TEST(Survey, RefusesWhatCannotBeFlown) {
   const GroundWorld world = hilly_world();
   const auto refused = [&](core::ErrorKind kind, const std::string& corners,
@@ -202,6 +237,38 @@ TEST(GroundTrack, TurnsBackOntoTheNextLine) {
       ASSERT_LT((a - 2.0 * b + c).norm() / (kStep_m * kStep_m), 1.0 / 100.0 + 1e-6);
     }
   }
+}
+
+TEST(GroundTrack, GoesToAPlaceAndDirectionBySmoothTurnsAndNoLongWay) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-300.0, 300.0), angle(-3.14, 3.14);
+  constexpr double kRadius_m = 40.0;
+  for (int tries = 0; tries < 500; ++tries) {
+    const auto direction = [&] {
+      const double a = angle(random);
+      return Eigen::Vector2d(std::cos(a), std::sin(a));
+    };
+    const Eigen::Vector2d start(any(random), any(random)), place(any(random), any(random));
+    const Eigen::Vector2d ahead = direction(), onward = direction();
+    GroundTrack track(start, ahead);
+    track.go_to(place, onward, kRadius_m);
+    const double length_m = track.length_m();
+    track.go_straight(10.0);
+    ASSERT_LT((track.at(length_m) - place).norm(), 1e-9);
+    ASSERT_LT((track.at(length_m + 10.0) - place - 10.0 * onward).norm(), 1e-9);
+    // No longer than a full turn at both ends and the way between.
+    ASSERT_LE(length_m, (place - start).norm() + 4.0 * std::numbers::pi * kRadius_m);
+    constexpr double kStep_m = 0.5;
+    for (double at = kStep_m; at + kStep_m < length_m; at += kStep_m) {
+      const Eigen::Vector2d bend =
+          track.at(at - kStep_m) - 2.0 * track.at(at) + track.at(at + kStep_m);
+      ASSERT_LT(bend.norm() / (kStep_m * kStep_m), 1.001 / kRadius_m);
+    }
+  }
+  // Straight ahead is straight.
+  GroundTrack track({0.0, 0.0}, {1.0, 0.0});
+  track.go_to({70.0, 0.0}, {1.0, 0.0}, kRadius_m);
+  EXPECT_NEAR(track.length_m(), 70.0, 1e-9);
 }
 
 TEST(AreaTest, KnowsInsideAndItsStrips) {

@@ -43,7 +43,17 @@ origin = {{ lat_deg = 42.51, lon_deg = 1.52, height_m = 120.0 }}
 sigma_m = 0.02
 )",
                                            (folder / "flight.csv").string());
-  const std::map<std::string, std::string> examples = {{"explore", R"(
+  const std::map<std::string, std::string> examples = {{"corridor", R"(
+kind = "corridor"
+line = [
+  { lat_deg = 42.500, lon_deg = 1.500 },
+  { lat_deg = 42.502, lon_deg = 1.506 },
+  { lat_deg = 42.506, lon_deg = 1.507 },
+]
+num_lines = 2
+line_spacing_m = 40.0
+)"},
+                                                       {"explore", R"(
 kind = "explore"
 area = [
   { lat_deg = 42.50, lon_deg = 1.50 },
