@@ -23,6 +23,12 @@ DrawnNoise::DrawnNoise(const NoiseSizes& sizes, std::uint64_t seed, std::uint64_
     slow_.push_back(DrawnProcess::markov(sizes.markov, sizes.markov_ticks, seed, of(kMarkovBias)));
 }
 
+double DrawnNoise::slow(std::int64_t tick) {
+  double sum = 0.0;
+  for (DrawnProcess& process : slow_) sum += process.at(tick);
+  return sum;
+}
+
 double DrawnNoise::added_to(double value, std::int64_t tick) {
   for (DrawnProcess& process : slow_) value += process.at(tick);
   if (white_ > 0.0)

@@ -39,6 +39,8 @@ class DrawnNoise {
 
   /// tick   of the stream, 0 and more
   double added_to(double value, std::int64_t tick);
+  /// The random walk and the Gauss-Markov process together.
+  double slow(std::int64_t tick);
 
  private:
   double white_;

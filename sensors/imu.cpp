@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +11,7 @@
 #include "sensors/sensor.h"
 
 /// Gyroscopes and accelerometers on a turning Earth: what they would show without errors, as exact derivatives of the
-/// body's motion at the sensor's own place, and what they do show.
+/// body's motion at the sensor's own place, what they do show, and the state of the sensor that explains both.
 namespace terracast::sensors {
 namespace {
 
@@ -71,6 +73,26 @@ Inertial mean_of(const SensorSite& site, double from_s, double to_s,
   return {.turn_rate = sum.turn_rate / (to_s - from_s), .force = sum.force / (to_s - from_s)};
 }
 
+/// The sensor's pose and velocity against the Earth in the Earth's axes (WGS84).
+struct EarthState {
+  geo::Rigid3d ecef_from_sensor;
+  Vector3d velocity_mps = Vector3d::Zero();
+};
+
+EarthState earth_state_at(const SensorSite& site, double time_s) {
+  const geo::MotionState body = site.body.at(time_s);
+  const geo::Rigid3d& ecef_from_world = site.scene.frame().ecef_from_world();
+  EarthState state{.ecef_from_sensor =
+                       ecef_from_world * (body.world_from_body * site.body_from_sensor)};
+  // Of the two quaternions of a rotation, the one that formats state.
+  if (state.ecef_from_sensor.rotation.w() < 0.0) state.ecef_from_sensor.rotation.coeffs() *= -1.0;
+  state.velocity_mps = ecef_from_world.rotation *
+                       (body.velocity_world_mps +
+                        body.world_from_body.rotation * body.angular_velocity_body_radps.cross(
+                                                            site.body_from_sensor.translation));
+  return state;
+}
+
 class Imu : public Sensor {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -94,6 +116,16 @@ class Imu : public Sensor {
            {std::array{"gyro_", "_radps", "rad/s"}, std::array{"accel_", "_mps2", "m/s^2"}})
         for (const char* axis : {"x", "y", "z"})
           channels.push_back({.name = std::string(what) + name + axis + key, .unit = unit});
+    for (const char* axis : {"x", "y", "z"})
+      channels.push_back({.name = fmt::format("ecef_{}_m", axis), .unit = "m"});
+    for (const char* axis : {"w", "x", "y", "z"})
+      channels.push_back({.name = fmt::format("ecef_q{}", axis), .unit = ""});
+    for (const char* axis : {"x", "y", "z"})
+      channels.push_back({.name = fmt::format("ecef_v{}_mps", axis), .unit = "m/s"});
+    for (const auto& [name, key, unit] :
+         {std::array{"gyro_bias_", "_radps", "rad/s"}, std::array{"accel_bias_", "_mps2", "m/s^2"}})
+      for (const char* axis : {"x", "y", "z"})
+        channels.push_back({.name = std::string(name) + axis + key, .unit = unit});
     return channels;
   }
 
@@ -112,16 +144,30 @@ class Imu : public Sensor {
                                  ? inertial_at(site, time_s)
                                  : mean_of(site, time_s - 1.0 / site.rate_hz, time_s, knots_s);
       const std::int64_t tick = site.tick_at(time_s);
-      const std::array<Vector3d, 4> rows = {gyroscope.shown(truth.turn_rate, tick),
-                                            accelerometer.shown(truth.force, tick), truth.turn_rate,
-                                            truth.force};
-      for (std::size_t k = 0; k < rows.size(); ++k)
-        for (int axis = 0; axis < 3; ++axis)
-          values[12 * i + 3 * k + static_cast<std::size_t>(axis)] = rows[k][axis];
+      const EarthState state = earth_state_at(site, time_s);
+      const Eigen::Quaterniond& q = state.ecef_from_sensor.rotation;
+      std::span<double> row = values.subspan(kNumChannels * i, kNumChannels);
+      const auto put = [&row](const auto& numbers) {
+        for (const double number : numbers) {
+          row[0] = number;
+          row = row.subspan(1);
+        }
+      };
+      put(gyroscope.shown(truth.turn_rate, tick));
+      put(accelerometer.shown(truth.force, tick));
+      put(truth.turn_rate);
+      put(truth.force);
+      put(state.ecef_from_sensor.translation);
+      put(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()));
+      put(state.velocity_mps);
+      put(gyroscope.bias(tick));
+      put(accelerometer.bias(tick));
     }
   }
 
  private:
+  static constexpr std::size_t kNumChannels = 28;
+
   std::string sampling_ = "instant";
   InstrumentOptions gyroscope_{"radps"};
   InstrumentOptions accelerometer_{"mps2"};

@@ -62,6 +62,13 @@ double shown_number(double value, double step, double range) {
   return value;
 }
 
+Eigen::Vector3d Instrument::bias(std::int64_t tick) {
+  Eigen::Vector3d bias = turn_on_;
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    bias[axis] += noise_[static_cast<std::size_t>(axis)].slow(tick);
+  return bias;
+}
+
 Eigen::Vector3d Instrument::shown(const Eigen::Vector3d& truth, std::int64_t tick) {
   Eigen::Vector3d shown = shown_from_true_ * truth + turn_on_;
   for (Eigen::Index axis = 0; axis < 3; ++axis)

@@ -48,6 +48,8 @@ class Instrument {
   /// shown = range(step((I + S + M) truth + turn-on + Gauss-Markov + walk + noise)), each axis by itself.
   /// tick   of the stream, 0 and more
   Eigen::Vector3d shown(const Eigen::Vector3d& truth, std::int64_t tick);
+  /// The sum of turn-on, Gauss-Markov and walk at a tick.
+  Eigen::Vector3d bias(std::int64_t tick);
 
  private:
   const InstrumentOptions& options_;

@@ -21,7 +21,11 @@ using Eigen::Vector3d;
 
 struct Reading {
   Vector3d gyro, accel, true_gyro, true_accel;
+  geo::Rigid3d ecef_from_sensor;
+  Vector3d velocity_ecef, gyro_bias, accel_bias;
 };
+
+constexpr std::size_t kNumChannels = 28;
 
 class Imu : public testing::Test {
  protected:
@@ -34,10 +38,13 @@ class Imu : public testing::Test {
     std::vector<Reading> readings;
     for (std::size_t k = 0; k < count; ++k) {
       const auto three = [&](std::size_t first) {
-        return Vector3d(values[12 * k + first], values[12 * k + first + 1],
-                        values[12 * k + first + 2]);
+        return Vector3d(values[kNumChannels * k + first], values[kNumChannels * k + first + 1],
+                        values[kNumChannels * k + first + 2]);
       };
-      readings.push_back({three(0), three(3), three(6), three(9)});
+      const double* q = &values[kNumChannels * k + 15];
+      readings.push_back({three(0), three(3), three(6), three(9),
+                          geo::Rigid3d{Quaterniond(q[0], q[1], q[2], q[3]), three(12)}, three(19),
+                          three(22), three(25)});
     }
     return readings;
   }
@@ -166,6 +173,27 @@ TEST_F(Imu, WhatAMechanisationLeavesOutShowsAtItsSize) {
   EXPECT_NEAR(off_m({.coriolis = true}), by_coriolis, 0.02 * by_coriolis);
   const double by_gravity = 0.5 * std::abs(gravity - 9.81) * 60.0 * 60.0;
   EXPECT_NEAR(off_m({.local_gravity = true}), by_gravity, 0.02 * by_gravity);
+}
+
+TEST_F(Imu, TellsWhereItIsAndHowItErrs) {
+  const auto motion = figure_of_eight();
+  const auto readings = measure(
+      "[gyroscope]\nturn_on_radps = 0.01\nmarkov_radps = 0.003\n[accelerometer]\nturn_on_mps2 = "
+      "0.2\nwalk_mps2_per_s_per_sqrt_hz = 0.05\n",
+      motion, 50.0, 200, kMount);
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const Reading& reading = readings[k];
+    const Navigated right = placed(*motion, static_cast<double>(k) / 50.0, kMount, frame());
+    EXPECT_LT((reading.ecef_from_sensor.translation - right.place).norm(), 5e-9);
+    EXPECT_LT(reading.ecef_from_sensor.rotation.angularDistance(right.ecef_from_sensor), 1e-14);
+    EXPECT_GE(reading.ecef_from_sensor.rotation.w(), 0.0);
+    EXPECT_LT((reading.velocity_ecef - right.velocity).norm(), 1e-12);
+    // Without noise, scales and misalignments biases are all that is wrong.
+    EXPECT_LT((reading.gyro - reading.true_gyro - reading.gyro_bias).norm(), 1e-15);
+    EXPECT_LT((reading.accel - reading.true_accel - reading.accel_bias).norm(), 1e-14);
+  }
+  EXPECT_GT(readings[0].gyro_bias.norm(), 1e-4);
+  EXPECT_GT((readings[199].accel_bias - readings[0].accel_bias).norm(), 1e-3);
 }
 
 TEST_F(Imu, AtRestShowsTheGroundsReactionAndTheEarthsTurning) {

@@ -71,6 +71,36 @@ void compare_mounts(const std::vector<SensorRecord>& sensors, FileContradictions
   }
 }
 
+/// Where IMUs say that they are at frames' times, against the poses.
+void compare_states(const Dataset& dataset, const Sequence& sequence, const SensorRecord& sensor,
+                    FileContradictions& found) {
+  const Pose ecef_from_enu = ecef_from_local(sequence.origin);
+  const std::optional<Pose> first = local_from_body(sequence, 0);
+  for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
+    const std::optional<ImuState> state = sensor.imu_state(k);
+    const double frame = sensor.times_s[k] * sequence.rate_hz;
+    constexpr double kSameTime = 1e-9;
+    if (!state || std::abs(frame - std::round(frame)) > kSameTime ||
+        frame > static_cast<double>(sequence.num_frames) - 0.5)
+      continue;
+    const auto body = local_from_body(sequence, static_cast<std::size_t>(std::lround(frame)));
+    if (!body || !first) continue;
+    const PoseRounding rounding =
+        pose_rounding(dataset.format, (body->translation - first->translation).norm());
+    // Coordinates of the Earth's size are rounded to 1e-9 m, in several steps.
+    constexpr double kRounding_m = 1e-7, kRounding_rad = 1e-11;
+    const Pose right = ecef_from_enu * *body * sensor.body_from_sensor;
+    const double off_m = (right.translation - state->ecef_from_sensor.translation).norm();
+    const double off_rad =
+        rotation_angle_rad(right.rotation.transpose() * state->ecef_from_sensor.rotation);
+    found.expect(off_m <= kRounding_m + 4.0 * rounding.position_m +
+                              rounding.angle_rad * sensor.body_from_sensor.translation.norm() &&
+                     off_rad <= kRounding_rad + 4.0 * rounding.angle_rad,
+                 "{}: sample {} stands {:.3g} m and {:.3g} deg off the pose of its frame",
+                 sensor.file, k, off_m, degrees_from_radians(off_rad));
+  }
+}
+
 /// Ranges at the frames' times against the first of the world's surfaces.
 class RangeComparison {
  public:
@@ -250,14 +280,19 @@ class SensorsChecker : public Checker {
     for (const SensorRecord& sensor : sensors) {
       compare_times(sensor, sequence, found);
       compare_ranges_with_settings(sensor, found);
+      compare_states(dataset, sequence, sensor, found);
     }
     compare_mounts(sensors, found);
     CheckResult result = found.result("sensors");
     result.summary = fmt::format(
-        "sensors.json and the samples of {} sensors: names, channels, times k / rate, mounts.",
+        "sensors.json and the samples of {} sensors: names, channels, times k / rate, mounts, and "
+        "where IMUs are at "
+        "frames' times.",
         sensors.size());
     result.reason = "They are doubles, and samples are taken at whole steps.";
-    result.detects = "a sample that is missing or late; another header; a mount of no rotation";
+    result.detects =
+        "a sample that is missing or late; another header; a mount of no rotation; an IMU's state "
+        "of another time";
     return {result, ranges(dataset, sequence, sensors)};
   }
 

@@ -21,6 +21,9 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
+/// Of an IMU: what it shows, and its truth.
+constexpr std::size_t kNumReadings = 12;
+
 Pose read_mount(const Json& json, const std::string& where) {
   const std::vector<double> q = json.at("quaternion_wxyz").numbers();
   const std::vector<double> t = json.at("translation_m").numbers();
@@ -47,6 +50,26 @@ std::vector<ChannelName> with_truth(const std::vector<ChannelName>& shown,
   return channels;
 }
 
+/// Names and units of an IMU's channels: turn rate and specific force that it shows, their truth, its pose and velocity in
+/// the Earth's axes, its biases.
+std::vector<ChannelName> channels_of_imu() {
+  std::vector<ChannelName> channels;
+  const auto add = [&](const std::string& start, const std::string& axes, const std::string& end,
+                       const std::string& unit) {
+    for (const char axis : axes) channels.push_back({start + axis + end, unit});
+  };
+  for (const std::string what : {"", "true_"}) {
+    add(what + "gyro_", "xyz", "_radps", "rad/s");
+    add(what + "accel_", "xyz", "_mps2", "m/s^2");
+  }
+  add("ecef_", "xyz", "_m", "m");
+  add("ecef_q", "wxyz", "", "");
+  add("ecef_v", "xyz", "_mps", "m/s");
+  add("gyro_bias_", "xyz", "_radps", "rad/s");
+  add("accel_bias_", "xyz", "_mps2", "m/s^2");
+  return channels;
+}
+
 /// The channels that kinds have; those of plug-ins are called, and measured in, what they like.
 const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
   static const std::map<std::string, std::vector<ChannelName>> kChannels = {
@@ -64,12 +87,7 @@ const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
                            {"sigma_velocity_horizontal_mps", "m/s"},
                            {"sigma_velocity_vertical_mps", "m/s"},
                            {"fix", ""}})},
-      {"imu", with_truth({{"gyro_x_radps", "rad/s"},
-                          {"gyro_y_radps", "rad/s"},
-                          {"gyro_z_radps", "rad/s"},
-                          {"accel_x_mps2", "m/s^2"},
-                          {"accel_y_mps2", "m/s^2"},
-                          {"accel_z_mps2", "m/s^2"}})},
+      {"imu", channels_of_imu()},
       {"magnetometer",
        with_truth({{"field_x_nt", "nT"}, {"field_y_nt", "nT"}, {"field_z_nt", "nT"}})},
       {"radar_altimeter", with_truth({{"range_m", "m"}})},
@@ -117,10 +135,12 @@ void check_channels(const std::string& kind, const Json& channels, const std::st
   const auto known = channels_of_kinds().find(kind);
   if (known == channels_of_kinds().end()) return;
   const std::vector<ChannelName>& right = known->second;
-  if (channels.size() != right.size())
+  // An earlier version's IMU has its readings alone.
+  const bool is_early_imu = kind == "imu" && channels.size() == kNumReadings;
+  if (channels.size() != right.size() && !is_early_imu)
     fail(ErrorKind::Input, "{}: {} channels; a {} has {}, from {} on", where, channels.size(), kind,
          right.size(), right[0].name);
-  for (std::size_t i = 0; i < right.size(); ++i)
+  for (std::size_t i = 0; i < channels.size(); ++i)
     if (channels.at(i).at("name").string() != right[i].name ||
         channels.at(i).at("unit").string() != right[i].unit)
       fail(ErrorKind::Input, "{}: channel {} of a {} is {} in {}", where, i, kind, right[i].name,
@@ -284,6 +304,20 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
 
 bool measures_ranges(const SensorRecord& sensor) {
   return sensor.kind == "rangefinder" || sensor.kind == "radar_altimeter";
+}
+
+std::optional<ImuState> SensorRecord::imu_state(std::size_t sample) const {
+  if (kind != "imu" || num_channels == kNumReadings) return std::nullopt;
+  const double* row = &values[sample * num_channels + kNumReadings];
+  const auto three = [row](std::size_t first) {
+    return Eigen::Vector3d(row[first], row[first + 1], row[first + 2]);
+  };
+  return ImuState{
+      .ecef_from_sensor = {Eigen::Quaterniond(row[3], row[4], row[5], row[6]).toRotationMatrix(),
+                           three(0)},
+      .velocity_ecef_mps = three(7),
+      .gyro_bias_radps = three(10),
+      .accel_bias_mps2 = three(13)};
 }
 
 std::vector<SensorRecord> read_sensors(const Dataset& dataset, const Sequence& sequence) {

@@ -9,6 +9,14 @@
 
 namespace terracast::validate {
 
+/// Where an IMU is and how it errs at a sample's time.
+struct ImuState {
+  Pose ecef_from_sensor;
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
+};
+
 /// A sensor of sensors.json with its samples.
 struct SensorRecord {
   std::string rig, name, kind;
@@ -32,6 +40,9 @@ struct SensorRecord {
   std::vector<std::string> channels;  ///< names
 
   const double* row(std::size_t sample) const { return &values[sample * num_channels]; }
+
+  /// Nothing of another kind, and of IMUs of earlier versions, which do not tell.
+  std::optional<ImuState> imu_state(std::size_t sample) const;
 };
 
 /// The scans of a scanner that begin from a frame's time to before the next one's.
