@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdint>
-#include <cstdlib>
 #include <utility>
 
 #include "core/error.h"
 #include "export/motion_record.h"
+#include "export/utc_stamps.h"
 
 namespace terracast::exporters {
 
@@ -20,10 +19,7 @@ constexpr int kCalibrationVersion = 1;
 
 /// By whole nanoseconds, rounded as formats that state them round.
 std::string seconds_text(double time_s) {
-  const std::int64_t time_ns = std::llround(time_s * 1e9);
-  const std::int64_t size_ns = std::abs(time_ns);
-  return fmt::format("{}{}.{:09}", time_ns < 0 ? "-" : "", size_ns / 1'000'000'000,
-                     size_ns % 1'000'000'000);
+  return seconds_with_nanoseconds(std::llround(time_s * 1e9));
 }
 
 }  // namespace

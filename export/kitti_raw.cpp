@@ -28,6 +28,7 @@
 #include "export/georeference.h"
 #include "export/kitti_files.h"
 #include "export/oxts.h"
+#include "export/utc_stamps.h"
 #include "geo/frames.h"
 
 namespace terracast::exporters {

@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <chrono>
 #include <cmath>
-#include <cstdint>
 
 #include "geo/paths/path_motion.h"
-#include "geo/sun.h"
 
 namespace terracast::exporters {
 namespace {
@@ -101,28 +98,6 @@ std::string oxts_format() {
          "posmode:       -1: the same\n"
          "velmode:       -1: the same\n"
          "orimode:       -1: the same\n";
-}
-
-std::string utc_with_nanoseconds(const std::string& utc_start, double time_s) {
-  constexpr std::size_t kSecondsEnd = 19;  // of "YYYY-MM-DDTHH:MM:SS"
-  // Whole seconds are exact in a double; of the fraction each digit is taken as it stands.
-  const auto start_s =
-      std::llround(geo::unix_seconds_from_utc(utc_start.substr(0, kSecondsEnd) + "Z"));
-  std::int64_t nanoseconds = std::llround(time_s * 1e9);
-  std::int64_t digit_ns = 100'000'000;
-  for (std::size_t i = kSecondsEnd + 1; i + 1 < utc_start.size(); ++i, digit_ns /= 10)
-    nanoseconds += (utc_start[i] - '0') * digit_ns;
-  const std::chrono::sys_time<std::chrono::nanoseconds> instant =
-      std::chrono::sys_seconds{std::chrono::seconds(start_s)} +
-      std::chrono::nanoseconds(nanoseconds);
-  const auto second = std::chrono::floor<std::chrono::seconds>(instant);  // also before the start
-  const auto day = std::chrono::floor<std::chrono::days>(second);
-  const std::chrono::year_month_day date{day};
-  const std::chrono::hh_mm_ss time{second - day};
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02}.{:09}", static_cast<int>(date.year()),
-                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
-                     time.hours().count(), time.minutes().count(), time.seconds().count(),
-                     (instant - second).count());
 }
 
 }  // namespace terracast::exporters

@@ -25,9 +25,4 @@ std::string oxts_packet(const geo::WorldFrame& world, const capture::FrameRecord
 /// dataformat.txt: a line for each number of a packet.
 std::string oxts_format();
 
-/// "2011-09-26 13:02:25.964389445", nine decimals, of a sequence's start and the time since then;
-/// exact to the nanosecond.
-/// utc_start   YYYY-MM-DDTHH:MM:SS[.fff]Z
-std::string utc_with_nanoseconds(const std::string& utc_start, double time_s);
-
 }  // namespace terracast::exporters

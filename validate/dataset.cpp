@@ -10,6 +10,7 @@
 #include "validate/npy.h"
 #include "validate/readers/coco.h"
 #include "validate/readers/colmap.h"
+#include "validate/readers/euroc.h"
 #include "validate/readers/kitti.h"
 #include "validate/readers/kitti_object.h"
 #include "validate/readers/kitti_raw.h"
@@ -103,6 +104,7 @@ const std::map<std::string, std::unique_ptr<const Reader>>& readers() {
     std::map<std::string, std::unique_ptr<const Reader>> all;
     all["coco"] = std::make_unique<CocoReader>();
     all["colmap"] = std::make_unique<ColmapReader>();
+    all["euroc"] = std::make_unique<EurocReader>();
     all["kitti"] = std::make_unique<KittiReader>();
     all["kitti_object"] = std::make_unique<KittiObjectReader>();
     all["kitti_raw"] = std::make_unique<KittiRawReader>();

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "capture/kalibr_text.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "rigs/rig_file.h"
@@ -18,29 +19,10 @@ namespace terracast::rigs {
 namespace {
 
 using capture::CameraCalibration;
+using capture::KalibrModel;
 using core::ErrorKind;
 using core::fail;
 
-/// A model with a distortion, its parameters before the focal lengths and its coefficients, and our model, whose own
-/// parameters are those, in this order.
-struct KalibrModel {
-  std::string_view camera_model;
-  std::string_view distortion_model;
-  std::size_t num_leading;  ///< of intrinsics, before fu, fv, pu, pv
-  std::size_t num_coefficients;
-  std::string_view model;
-};
-/// The first one of a model of ours is what it is written as.
-constexpr std::array kModels = {
-    KalibrModel{"pinhole", "none", 0, 0, "pinhole"},
-    KalibrModel{"pinhole", "radtan", 0, 4, "opencv"},
-    KalibrModel{"pinhole", "equidistant", 0, 4, "opencv_fisheye"},
-    KalibrModel{"pinhole", "fov", 0, 1, "fov"},
-    KalibrModel{"omni", "radtan", 1, 4, "unified"},
-    KalibrModel{"omni", "none", 1, 0, "unified"},
-    KalibrModel{"eucm", "none", 2, 0, "extended_unified"},
-    KalibrModel{"ds", "none", 2, 0, "double_sphere"},
-};
 constexpr std::size_t kParametersOfUnified = 9;  // fx fy cx cy xi k1 k2 p1 p2
 
 constexpr std::array kKnown = {
@@ -80,7 +62,7 @@ std::vector<double> read_coefficients(const YamlValue& camera, std::size_t count
 geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
   const std::string camera_model = camera.at("camera_model").text();
   const std::string distortion_model = distortion_model_of(camera);
-  for (const KalibrModel& known : kModels) {
+  for (const KalibrModel& known : capture::kKalibrModels) {
     if (known.camera_model != camera_model || known.distortion_model != distortion_model) continue;
     const std::vector<double> given = camera.at("intrinsics").numbers(known.num_leading + 4);
     const std::vector<double> coefficients = read_coefficients(camera, known.num_coefficients);
@@ -102,8 +84,11 @@ geo::CameraIntrinsics read_intrinsics(const YamlValue& camera) {
     return intrinsics;
   }
   std::vector<std::string> known;
-  for (const KalibrModel& model : kModels)
-    known.push_back(fmt::format("{} with {}", model.camera_model, model.distortion_model));
+  for (const KalibrModel& model : capture::kKalibrModels) {
+    std::string pair = fmt::format("{} with {}", model.camera_model, model.distortion_model);
+    if (std::find(known.begin(), known.end(), pair) == known.end())
+      known.push_back(std::move(pair));
+  }
   fail(ErrorKind::Input, "{}: camera_model {} with distortion_model {} is not known; known are {}",
        camera.where(), camera_model, distortion_model, fmt::join(known, ", "));
 }
@@ -247,50 +232,18 @@ bool recognises_kalibr(const std::filesystem::path& path, std::string_view) {
                      [](const std::string& key) { return camera_number(key).has_value(); });
 }
 
-std::string rows_text(const geo::Rigid3d& transform) {
-  const Eigen::Matrix3d r = transform.rotation.toRotationMatrix();
-  const Eigen::Vector3d& t = transform.translation;
-  std::string text;
-  for (int row = 0; row < 3; ++row)
-    text += fmt::format("  - [{}, {}, {}, {}]\n", r(row, 0), r(row, 1), r(row, 2), t(row));
-  return text + "  - [0.0, 0.0, 0.0, 1.0]\n";
-}
-
-std::string intrinsics_text(const CameraCalibration& camera) {
-  const geo::CameraIntrinsics intrinsics = as_opencv(camera.intrinsics);
-  for (const KalibrModel& known : kModels) {
-    if (known.model != intrinsics.model) continue;
-    const std::vector<double>& p = intrinsics.parameters;
-    const auto own = p.begin() + 4;
-    std::vector<double> given(own, own + static_cast<std::ptrdiff_t>(known.num_leading));
-    given.insert(given.end(),
-                 {p[0], p[1], p[2] - kCentreOfFirstPixel_px, p[3] - kCentreOfFirstPixel_px});
-    const std::vector<double> coefficients(own + static_cast<std::ptrdiff_t>(known.num_leading),
-                                           p.end());
-    return fmt::format(
-        "  camera_model: {}\n  intrinsics: [{}]\n  distortion_model: {}\n  distortion_coeffs: "
-        "[{}]\n"
-        "  resolution: [{}, {}]\n",
-        known.camera_model, fmt::join(given, ", "), known.distortion_model,
-        fmt::join(coefficients, ", "), intrinsics.width_px, intrinsics.height_px);
-  }
-  std::vector<std::string_view> known;
-  for (const KalibrModel& model : kModels) known.push_back(model.model);
-  fail(ErrorKind::Config, "camera {}: Kalibr has no model {}; it holds {}", camera.name,
-       intrinsics.model, fmt::join(known, ", "));
-}
-
 void write_kalibr(const rigs::RigOptions& rig, const std::filesystem::path& path) {
   const std::vector<CameraCalibration> cameras = rigs::build_cameras({rig});
   std::string text;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const CameraCalibration& camera = cameras[i];
-    text += fmt::format("cam{}:\n{}", i, intrinsics_text(camera));
+    text +=
+        fmt::format("cam{}:\n{}", i, capture::kalibr_camera(camera.intrinsics, camera.name).text());
     text += fmt::format("  rostopic: /{}/{}/image_raw\n", camera.rig, camera.name);
-    text += "  T_cam_imu:\n" + rows_text(camera.rig_from_camera.inverse());
+    text += "  T_cam_imu:\n" + capture::yaml_rows(camera.rig_from_camera.inverse());
     if (i > 0)
       text += "  T_cn_cnm1:\n" +
-              rows_text(camera.rig_from_camera.inverse() * cameras[i - 1].rig_from_camera);
+              capture::yaml_rows(camera.rig_from_camera.inverse() * cameras[i - 1].rig_from_camera);
   }
   core::write_file(path, text);
 }

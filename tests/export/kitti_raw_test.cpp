@@ -8,6 +8,7 @@
 
 #include "core/json.h"
 #include "export/oxts.h"
+#include "export/utc_stamps.h"
 #include "tests/export/exported.h"
 #include "tests/export/readers.h"
 

@@ -81,6 +81,7 @@ void replace_and_read(const SmallDataset& dataset, const std::string& format, By
   }
 TERRACAST_FUZZ_DATASET(coco)
 TERRACAST_FUZZ_DATASET(colmap)
+TERRACAST_FUZZ_DATASET(euroc)
 TERRACAST_FUZZ_DATASET(kitti)
 TERRACAST_FUZZ_DATASET(kitti_object)
 TERRACAST_FUZZ_DATASET(kitti_raw)

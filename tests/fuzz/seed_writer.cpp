@@ -254,7 +254,7 @@ void write_rasters_of_gdal(const SeedFolder& seeds) {
 }
 
 void write_datasets(const SeedFolder& seeds) {
-  for (const std::string format : {"coco", "colmap", "kitti", "kitti_object", "kitti_raw",
+  for (const std::string format : {"coco", "colmap", "euroc", "kitti", "kitti_object", "kitti_raw",
                                    "tartanair", "tartanair_v1", "terracast"}) {
     const SmallDataset dataset(format);
     std::string model;

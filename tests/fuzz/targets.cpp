@@ -23,6 +23,7 @@
   X(cover_raster)                 \
   X(dataset_coco)                 \
   X(dataset_colmap)               \
+  X(dataset_euroc)                \
   X(dataset_kitti)                \
   X(dataset_kitti_object)         \
   X(dataset_kitti_raw)            \

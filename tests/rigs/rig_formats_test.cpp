@@ -478,7 +478,7 @@ TEST(RigYaml, KalibrsParametersStandInItsOrder) {
     if (lens.model != "unified") continue;
     core::find_registered(rig_formats(), "format", "kalibr").write(rig_of_lens(lens), file);
     const std::string text = core::read_text_file(file, 100000);
-    EXPECT_NE(text.find("  camera_model: omni\n  intrinsics: [0.8, 300, 301, 160, 118.5]\n"
+    EXPECT_NE(text.find("  camera_model: omni\n  intrinsics: [0.8, 300.0, 301.0, 160.0, 118.5]\n"
                         "  distortion_model: radtan\n"
                         "  distortion_coeffs: [-0.1, 0.01, 0.001, -0.002]\n"
                         "  resolution: [320, 240]\n"),

@@ -260,20 +260,19 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.channels.push_back(channels.at(i).at("name").string());
     header += "," + sensor.channels.back();
   }
+  sensor.settings_toml = json.at("settings_toml").string();
   if (measures_ranges(sensor) || sensor.kind == "lidar") {
-    const std::string settings = json.at("settings_toml").string();
-    sensor.least_range_m = setting_of(settings, "least_range_m", where);
-    sensor.most_range_m = setting_of(settings, "most_range_m", where);
+    sensor.least_range_m = setting_of(sensor.settings_toml, "least_range_m", where);
+    sensor.most_range_m = setting_of(sensor.settings_toml, "most_range_m", where);
   }
   if (sensor.kind == "barometer") {
-    const std::string settings = json.at("settings_toml").string();
-    sensor.sea_level_pressure_pa = setting_of(settings, "sea_level_pressure_pa", where);
-    sensor.warmer_k = setting_of(settings, "warmer_k", where);
+    sensor.sea_level_pressure_pa = setting_of(sensor.settings_toml, "sea_level_pressure_pa", where);
+    sensor.warmer_k = setting_of(sensor.settings_toml, "warmer_k", where);
   }
   if (sensor.kind == "imu")
-    sensor.is_integrated = is_integrated(json.at("settings_toml").string(), where);
+    sensor.is_integrated = is_integrated(sensor.settings_toml, where);
   if (sensor.kind == "lidar")
-    read_settings_of_lidar(json.at("settings_toml").string(), where, sensor);
+    read_settings_of_lidar(sensor.settings_toml, where, sensor);
   if (!sensor.is_scan) read_samples(dataset, header, sensor);
   return sensor;
 }

@@ -27,6 +27,7 @@ struct SensorRecord {
   /// Of an IMU's settings: samples are means over the time since the one before.
   bool is_integrated = false;
   double sea_level_pressure_pa = 0.0, warmer_k = 0.0;  ///< of a barometer's settings
+  std::string settings_toml;
   std::vector<double> times_s;
   std::vector<double> values;  ///< of all channels, sample by sample; may be infinite
   std::size_t num_channels = 0;

@@ -22,8 +22,6 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-
 /// poses.csv: a row for each frame and camera.
 void read_poses(const Dataset& dataset, Sequence& sequence, Findings& findings) {
   constexpr std::string_view kHeader = "frame,camera,time_s,x_m,y_m,z_m,qw,qx,qy,qz";
@@ -142,21 +140,6 @@ void find_files(const Dataset& dataset, const Sequence& sequence, const std::str
   find_flow(dataset, sequence, folder, camera, findings);
 }
 
-/// Where a value of an image is, for messages.
-std::string pixel_text(const std::string& path, std::size_t index, int width) {
-  const auto columns = static_cast<std::size_t>(width);
-  return fmt::format("{}: pixel ({}, {})", path, index % columns, index / columns);
-}
-
-/// Whether a ray comes in: images are of the cameras as they are, also where the tables of rays are of what is believed.
-bool has_ray(const Intrinsics& camera, std::size_t index) {
-  const auto columns = static_cast<std::size_t>(camera.width_px);
-  return camera
-      .ray_from_pixel(
-          {static_cast<double>(index % columns) + 0.5, static_cast<double>(index / columns) + 0.5})
-      .allFinite();
-}
-
 /// The masks of a flow: bit 0 in view, bit 1 seen.
 void read_masks(const Dataset& dataset, const std::string& path, const Intrinsics& size,
                 core::Image8& in_view, core::Image8& covisible) {
@@ -200,22 +183,8 @@ void TerracastReader::read(const Dataset& dataset, Sequence& sequence, Findings&
 }
 
 core::ImageF TerracastReader::depth(const Dataset& dataset, const Camera& camera, int frame) const {
-  const std::string& path = camera.files[static_cast<std::size_t>(frame)].depth;
-  const Intrinsics& size = camera.intrinsics;
-  const std::vector<float> values = read_array<float>(dataset, path, size, 0, 'f');
-  core::ImageF range(size.width_px, size.height_px);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const float value = values[i];
-    const bool is_seen = has_ray(size, i);
-    if (std::isnan(value) == is_seen)
-      fail(ErrorKind::Input, "{}: range {} where {}", pixel_text(path, i, size.width_px), value,
-           is_seen ? "a ray comes in" : "no ray comes in");
-    if (!std::isnan(value) && !(value > 0.0F))
-      fail(ErrorKind::Input, "{}: range {}; above 0, or +inf for sky, is right",
-           pixel_text(path, i, size.width_px), value);
-    range.data()[i] = std::isinf(value) ? kNone : value;
-  }
-  return range;
+  return read_range(dataset, camera.files[static_cast<std::size_t>(frame)].depth,
+                    camera.intrinsics);
 }
 
 FlowFields TerracastReader::flow(const Dataset& dataset, const Camera& camera, int frame) const {

@@ -12,7 +12,7 @@
 #include "validate/dataset.h"
 #include "validate/npy.h"
 
-/// The arrays of terracast's own format.
+/// The arrays of terracast's own format, some of which stand beside others.
 namespace terracast::validate {
 
 /// An array of the image's size, and its values.
@@ -40,5 +40,13 @@ std::vector<Value> read_array(const Dataset& dataset, const std::string& path,
   std::memcpy(values.data(), array.bytes.data(), num_values * sizeof(Value));
   return values;
 }
+
+/// "FILE: pixel (x, y)", of a value's place in an image, row by row.
+std::string pixel_text(const std::string& path, std::size_t index, int width);
+
+/// Ranges along the rays of a camera with a plane, float32; NaN where none comes in, +inf for the sky, which is NaN in what
+/// is returned.
+/// throws   Input: another array, a range that is not above 0, NaN where a ray comes in or none where none does; Io
+core::ImageF read_range(const Dataset& dataset, const std::string& path, const Intrinsics& camera);
 
 }  // namespace terracast::validate
