@@ -1,12 +1,15 @@
 // The JSON files of captured sequences, behind the hashes that they carry.
 
 #include <string>
+#include <vector>
 
 #include "capture/frame_record_json.h"
 #include "capture/manifest.h"
 #include "capture/sequence_json.h"
 #include "capture/tracks_json.h"
 #include "core/json.h"
+#include "core/registry.h"
+#include "sensors/sensor.h"
 #include "tests/fuzz/scratch.h"
 #include "tests/support/tiny_capture.h"
 
@@ -45,6 +48,15 @@ void fuzz_capture_tracks(Bytes input) {
 
 void fuzz_capture_manifest(Bytes input) {
   capture::manifest_from_json(sealed_json(input), sequence(), "fuzz.json");
+}
+
+/// Scans of a lidar's own columns.
+void fuzz_capture_scans(Bytes input) {
+  static const std::vector<capture::StreamChannel> channels =
+      core::find_registered(sensors::sensors(), "sensor", "lidar").make()->channels();
+  const capture::Samples scans =
+      capture::decode_scans(input, {.first = 0, .end = 1}, 10.0, channels, "fuzz.npy");
+  capture::encode_scans(scans, channels);
 }
 
 }  // namespace terracast::fuzz

@@ -116,6 +116,12 @@ void fuzz_exr(Bytes input) { core::decode_exr(input, "fuzz.exr", kMostPixels); }
 
 void fuzz_npy(Bytes input) { read_arrays({{"fuzz", validate::parse_npy(input, "fuzz.npy")}}); }
 
+void fuzz_npy_table(Bytes input) {
+  const validate::NpyTable table = validate::parse_npy_table(input, "fuzz.npy");
+  for (const validate::NpyTable::Column& column : table.columns)
+    table.numbers(column.name, "fuzz.npy");
+}
+
 void fuzz_npz(Bytes input) { read_arrays(validate::parse_npz(input, "fuzz.npz")); }
 
 /// Parts of the input as the arrays of an archive.

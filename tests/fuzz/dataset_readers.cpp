@@ -8,6 +8,7 @@
 #include "tests/fuzz/scratch.h"
 #include "tests/fuzz/small_dataset.h"
 #include "validate/dataset.h"
+#include "validate/readers/clouds.h"
 #include "validate/readers/colmap_database.h"
 #include "validate/readers/colmap_model.h"
 #include "validate/readers/georegistration.h"
@@ -89,6 +90,10 @@ TERRACAST_FUZZ_DATASET(tartanair)
 TERRACAST_FUZZ_DATASET(tartanair_v1)
 TERRACAST_FUZZ_DATASET(terracast)
 #undef TERRACAST_FUZZ_DATASET
+
+void fuzz_cloud_las(Bytes input) { validate::parse_las(input, "fuzz.las"); }
+void fuzz_cloud_pcd(Bytes input) { validate::parse_pcd(input, "fuzz.pcd"); }
+void fuzz_cloud_ply(Bytes input) { validate::parse_ply(input, "fuzz.ply"); }
 
 /// COLMAP's models by themselves, without a dataset around them: parts are files of a folder.
 void fuzz_colmap_model(Bytes input) {

@@ -15,8 +15,12 @@
 #define TERRACAST_FUZZ_TARGETS(X) \
   X(capture_frame)                \
   X(capture_manifest)             \
+  X(capture_scans)                \
   X(capture_sequence)             \
   X(capture_tracks)               \
+  X(cloud_las)                    \
+  X(cloud_pcd)                    \
+  X(cloud_ply)                    \
   X(colmap_database)              \
   X(colmap_model)                 \
   X(color_raster)                 \
@@ -54,6 +58,7 @@
   X(model_obj)                    \
   X(model_ply)                    \
   X(npy)                          \
+  X(npy_table)                    \
   X(npz)                          \
   X(npz_arrays)                   \
   X(offset_grid)                  \
