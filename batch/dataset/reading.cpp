@@ -23,6 +23,12 @@ const std::vector<FormatReading>& readings() {
        "whatever "
        "takes COLMAP's models; `numpy.load` reads `depth/**/*.npy` (planar, m, sky 0).",
        {"structure-from-motion", "novel-view-synthesis"}},
+      {"euroc",
+       "EuRoC (ASL)",
+       "Each `<sequence>` has the folder `mav0` that readers of EuRoC's layout ask for (images and "
+       "samples by their time in ns, UTC); `kalibr` and `openvins` hold the calibration for these "
+       "programs, and `numpy.load` reads `range/*/*.npy` (along the ray, m, sky +inf).",
+       {"visual-inertial-odometry", "stereo", "visual-odometry"}},
       {"kitti",
        "KITTI odometry",
        "`pykitti.odometry(\"…/dataset\", \"00\")` opens a sequence; `numpy.load` reads "
@@ -83,10 +89,12 @@ std::string_view mime_type(std::string_view extension) {
       Type{"html", "text/html"},
       Type{"json", "application/json"},
       Type{"jsonl", "application/jsonlines"},
+      Type{"las", "application/vnd.las"},
       Type{"md", "text/markdown"},
       Type{"npz", "application/zip"},
       Type{"png", "image/png"},
       Type{"txt", "text/plain"},
+      Type{"yaml", "application/yaml"},
   };
   const auto* found = std::find_if(kTypes.begin(), kTypes.end(),
                                    [&](const Type& type) { return type.extension == extension; });
