@@ -1,5 +1,8 @@
 #include "sensors/drawn_noise.h"
 
+#include <cmath>
+#include <numbers>
+
 #include "core/random.h"
 #include "sensors/deviates.h"
 
@@ -21,6 +24,15 @@ DrawnNoise::DrawnNoise(const NoiseSizes& sizes, std::uint64_t seed, std::uint64_
   if (sizes.walk > 0.0) slow_.push_back(DrawnProcess::walk(sizes.walk, seed, of(kRandomWalk)));
   if (sizes.markov > 0.0)
     slow_.push_back(DrawnProcess::markov(sizes.markov, sizes.markov_ticks, seed, of(kMarkovBias)));
+  if (sizes.flicker > 0.0) {
+    // Processes of one deviation s whose times go up by r have together the spectrum s^2 / (2 f ln r).
+    constexpr double kRatio = 4.0;
+    const double deviation = sizes.flicker * std::sqrt(std::log(kRatio) / std::numbers::pi);
+    std::uint64_t index = 0;
+    for (double ticks = 1.0; ticks <= kRatio * sizes.flicker_ticks; ticks *= kRatio)
+      slow_.push_back(
+          DrawnProcess::markov(deviation, ticks, seed, core::stream_of(of(kFlicker), index++)));
+  }
 }
 
 double DrawnNoise::slow(std::int64_t tick) {

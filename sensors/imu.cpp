@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <span>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "geo/gravity.h"
 #include "sensors/instrument_errors.h"
@@ -93,6 +98,36 @@ EarthState earth_state_at(const SensorSite& site, double time_s) {
   return state;
 }
 
+/// The same number in a unit that data sheets have.
+struct OtherUnit {
+  std::string_view name;
+  double in_ours;
+};
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kStandardGravity_mps2 = 9.80665;
+constexpr std::array kUnitsOfTurnNoise = {OtherUnit{"deg/s/sqrt(Hz)", kDegree},
+                                          OtherUnit{"deg/sqrt(h)", kDegree / 60.0}};
+constexpr std::array kUnitsOfTurnRate = {OtherUnit{"deg/s", kDegree},
+                                         OtherUnit{"deg/h", kDegree / 3600.0}};
+constexpr std::array kUnitsOfForceNoise = {OtherUnit{"ug/sqrt(Hz)", 1e-6 * kStandardGravity_mps2},
+                                           OtherUnit{"m/s/sqrt(h)", 1.0 / 60.0}};
+constexpr std::array kUnitsOfForce = {OtherUnit{"mg", 1e-3 * kStandardGravity_mps2},
+                                      OtherUnit{"ug", 1e-6 * kStandardGravity_mps2}};
+
+/// throws   Config: more than any instrument has, which is most often a number in another unit
+void check_size(const std::string& key, double value, double most,
+                std::span<const OtherUnit> units) {
+  if (value <= most) return;
+  std::string others;
+  for (const OtherUnit& unit : units)
+    others += fmt::format("{}{} {} is {:.4g}", others.empty() ? "" : ", ", value, unit.name,
+                          value * unit.in_ours);
+  core::fail(core::ErrorKind::Config,
+             "{} = {} is more than any instrument's ({}); if it is in another unit, {}", key, value,
+             most, others);
+}
+
 class Imu : public Sensor {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -106,6 +141,22 @@ class Imu : public Sensor {
                   "Errors of the gyroscopes; without keys they show the truth.");
     visit.section("accelerometer", accelerometer_,
                   "Errors of the accelerometers; without keys they show the truth.");
+  }
+  /// The largest errors are well beyond those of the worst gyroscopes and accelerometers that are sold.
+  void validate() const override {
+    const auto check = [](const std::string& section, const InstrumentOptions& errors,
+                          double most_noise, double most_bias,
+                          std::span<const OtherUnit> units_of_noise,
+                          std::span<const OtherUnit> units_of_bias) {
+      check_size(section + ".noise_" + errors.unit + "_per_sqrt_hz", errors.noise_per_sqrt_hz,
+                 most_noise, units_of_noise);
+      for (const auto& [key, value] : {std::pair{"markov_", errors.markov},
+                                       {"flicker_", errors.flicker},
+                                       {"turn_on_", errors.turn_on}})
+        check_size(section + "." + key + errors.unit, value, most_bias, units_of_bias);
+    };
+    check("gyroscope", gyroscope_, 0.05, 1.0, kUnitsOfTurnNoise, kUnitsOfTurnRate);
+    check("accelerometer", accelerometer_, 1.0, 20.0, kUnitsOfForceNoise, kUnitsOfForce);
   }
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
 

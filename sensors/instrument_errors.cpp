@@ -10,6 +10,9 @@ namespace {
 /// What random numbers beside those of noise are for, each by a stream of its own.
 enum Purpose : std::uint64_t { kScale = kNumNoisePurposes, kMisalignment };
 
+/// Flicker noise goes on to this time, beyond which it is a bias that stays: most flights are shorter.
+constexpr double kFlicker_s = 1e5;
+
 }  // namespace
 
 void InstrumentOptions::describe(core::SchemaVisitor& visit) {
@@ -21,6 +24,9 @@ void InstrumentOptions::describe(core::SchemaVisitor& visit) {
   visit.key("markov_" + unit, markov, "Deviation of a bias that wanders and comes back.", positive);
   visit.key("markov_s", markov_s, "Over this time that bias correlates by 1/e.",
             core::between(1e-3, 1e9));
+  visit.key("flicker_" + unit, flicker,
+            "Bias instability: B of flicker noise, whose line on an Allan plot is flat at 0.664 B.",
+            positive);
   visit.key("turn_on_" + unit, turn_on, "Deviation of a bias that stays, drawn by the seed.",
             positive);
   visit.key("scale_ppm", scale_ppm, "Deviation of each axis's scale, in millionths.",
@@ -52,7 +58,9 @@ Instrument::Instrument(const InstrumentOptions& options, double rate_hz, std::ui
   const NoiseSizes sizes{.white = options.noise_per_sqrt_hz * std::sqrt(rate_hz),
                          .walk = options.walk_per_s_per_sqrt_hz / std::sqrt(rate_hz),
                          .markov = options.markov,
-                         .markov_ticks = options.markov_s * rate_hz};
+                         .markov_ticks = options.markov_s * rate_hz,
+                         .flicker = options.flicker,
+                         .flicker_ticks = kFlicker_s * rate_hz};
   for (std::uint64_t axis = 0; axis < 3; ++axis) noise_.emplace_back(sizes, seed, stream, axis);
 }
 

@@ -22,6 +22,7 @@ struct InstrumentOptions {
   double walk_per_s_per_sqrt_hz = 0.0;  ///< density of the bias's derivative
   double markov = 0.0;                  ///< deviation of a Gauss-Markov bias
   double markov_s = 100.0;              ///< over which it correlates by 1/e
+  double flicker = 0.0;                 ///< B of a 1/f bias, in the quantity's unit
   double turn_on = 0.0;                 ///< deviation of a constant bias
   double scale_ppm = 0.0;               ///< deviations, of each axis
   double misalignment_mrad = 0.0;       ///< and of each axis towards each other one
@@ -45,10 +46,10 @@ class Instrument {
   Instrument(const InstrumentOptions& options, double rate_hz, std::uint64_t seed,
              std::uint64_t stream);
 
-  /// shown = range(step((I + S + M) truth + turn-on + Gauss-Markov + walk + noise)), each axis by itself.
+  /// shown = range(step((I + S + M) truth + turn-on + Gauss-Markov + walk + flicker + noise)), each axis by itself.
   /// tick   of the stream, 0 and more
   Eigen::Vector3d shown(const Eigen::Vector3d& truth, std::int64_t tick);
-  /// The sum of turn-on, Gauss-Markov and walk at a tick.
+  /// The sum of turn-on, Gauss-Markov, walk and flicker at a tick.
   Eigen::Vector3d bias(std::int64_t tick);
 
  private:
