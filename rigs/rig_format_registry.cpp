@@ -11,7 +11,7 @@
 // Every format, in alphabetical order: X(name) is rigs/formats/name.cpp, which defines
 // `RigFormatInfo name_rigs()`.
 #define TERRACAST_RIG_FORMATS(X) \
-  X(colmap) X(csv) X(kalibr) X(opencv) X(orb_slam) X(ros) X(vins) X(xlsx)
+  X(carla) X(colmap) X(csv) X(kalibr) X(opencv) X(orb_slam) X(ros) X(vins) X(xlsx)
 
 namespace terracast::rigs {
 

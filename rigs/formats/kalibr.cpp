@@ -7,6 +7,7 @@
 #include "capture/kalibr_text.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "rigs/imported_sensor.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 #include "rigs/yaml_file.h"
@@ -25,6 +26,10 @@ using core::fail;
 
 constexpr std::size_t kParametersOfUnified = 9;  // fx fy cx cy xi k1 k2 p1 p2
 
+constexpr const char* kScales =
+    "scales and misalignments as they are known; here they are drawn, by scale_ppm and "
+    "misalignment_mrad";
+
 constexpr std::array kKnown = {
     core::KnownName{"camN", "a camera, N counted from 0"},
     core::KnownName{"camN.camera_model", "pinhole, omni, eucm, ds"},
@@ -39,7 +44,25 @@ constexpr std::array kKnown = {
     core::KnownName{"camN.timeshift_cam_imu", "0: the clocks agree, as they do in a rig file"},
     core::KnownName{"camN.cam_overlaps", "which cameras see the same follows from their poses",
                     false},
-    core::KnownName{"imuN", "noise of an IMU, which a rig file does not hold", false},
+    core::KnownName{"imuN",
+                    "an IMU, N counted from 0; also of imu.yaml and kalibr_imu_chain.yaml "
+                    "beside the chain"},
+    core::KnownName{"imuN.gyroscope_noise_density", "rad/s/sqrt(Hz)"},
+    core::KnownName{"imuN.gyroscope_random_walk", "rad/s^2/sqrt(Hz)"},
+    core::KnownName{"imuN.accelerometer_noise_density", "m/s^2/sqrt(Hz)"},
+    core::KnownName{"imuN.accelerometer_random_walk", "m/s^3/sqrt(Hz)"},
+    core::KnownName{"imuN.update_rate", "Hz"},
+    core::KnownName{"imuN.T_i_b", "the IMU's axes from those of imu0"},
+    core::KnownName{"imuN.time_offset", "0: the clocks agree, as they do in a rig file"},
+    core::KnownName{"imuN.rostopic", "IMUs are called imu0, imu1, …", false},
+    core::KnownName{"imuN.model", "which of the matrices count", false},
+    core::KnownName{"imuN.Tw", kScales, false},
+    core::KnownName{"imuN.Ta", kScales, false},
+    core::KnownName{"imuN.Tg", kScales, false},
+    core::KnownName{"imuN.R_IMUtoGYRO", kScales, false},
+    core::KnownName{"imuN.R_IMUtoACC", kScales, false},
+    core::KnownName{"imuN.gyroscopes", kScales, false},
+    core::KnownName{"imuN.accelerometers", kScales, false},
 };
 
 std::string distortion_model_of(const YamlValue& camera) {
@@ -100,10 +123,11 @@ struct ChainCamera {
   std::optional<geo::Rigid3d> camera_from_previous;
 };
 
-/// The number of "cam3"; other keys are no cameras.
-std::optional<int> camera_number(std::string_view key) {
+/// The number of "cam3" or "imu3"; other keys are none of the kind.
+/// kind   "cam" or "imu"
+std::optional<int> number_of(std::string_view key, std::string_view kind) {
   constexpr std::size_t kMostDigits = 4;
-  if (!key.starts_with("cam")) return std::nullopt;
+  if (!key.starts_with(kind)) return std::nullopt;
   key.remove_prefix(3);
   if (key.empty() || key.size() > kMostDigits ||
       key.find_first_not_of("0123456789") != std::string_view::npos)
@@ -139,7 +163,7 @@ std::optional<geo::Rigid3d> read_imu_from_camera(const YamlValue& camera) {
 std::vector<ChainCamera> read_chain(const YamlValue& chain) {
   std::vector<ChainCamera> cameras;
   for (const std::string& key : chain.keys())
-    if (const std::optional<int> number = camera_number(key)) {
+    if (const std::optional<int> number = number_of(key, "cam")) {
       const YamlValue camera = chain.at(key);
       ChainCamera& read =
           cameras.emplace_back(ChainCamera{*number, camera, read_imu_from_camera(camera), {}});
@@ -197,6 +221,64 @@ void read_clock(const YamlValue& camera) {
         "clock offset, only errors.clock_offset_sd_s, from which it is drawn");
 }
 
+struct ChainImu {
+  int number;
+  geo::Rigid3d imu_from_base;
+  ImuNoise noise;
+};
+
+ChainImu read_imu(const YamlValue& imu, int number) {
+  if (imu.states("time_offset") && imu.at("time_offset").number() != 0.0)
+    imu.at("time_offset").pass_over("a rig file holds no IMU's clock offset");
+  return {
+      .number = number,
+      .imu_from_base = imu.states("T_i_b") ? imu.at("T_i_b").rigid() : geo::Rigid3d{},
+      .noise = {.rate_hz = imu.at("update_rate").number(),
+                .gyro_noise_radps_per_sqrt_hz = imu.at("gyroscope_noise_density").number(),
+                .gyro_walk_radps_per_s_per_sqrt_hz = imu.at("gyroscope_random_walk").number(),
+                .accel_noise_mps2_per_sqrt_hz = imu.at("accelerometer_noise_density").number(),
+                .accel_walk_mps2_per_s_per_sqrt_hz = imu.at("accelerometer_random_walk").number()}};
+}
+
+/// The IMUs of a file: maps called imu0, imu1, …, or the one whose keys are the file's own.
+std::vector<ChainImu> read_imus(const YamlValue& file) {
+  std::vector<ChainImu> imus;
+  if (file.has("gyroscope_noise_density")) return {read_imu(file, 0)};
+  for (const std::string& key : file.keys())
+    if (const std::optional<int> number = number_of(key, "imu"))
+      imus.push_back(read_imu(file.at(key), *number));
+  std::sort(imus.begin(), imus.end(),
+            [](const ChainImu& a, const ChainImu& b) { return a.number < b.number; });
+  return imus;
+}
+
+/// "imuN.update_rate" of a file whose keys are one IMU's, and of one with maps of IMUs.
+std::string name_of_imu_key(const KeyRecord::Path& path) {
+  const bool is_of_map = !path.empty() && number_of(path.front(), "imu").has_value();
+  return is_of_map ? KeyRecord::numbered_name_of(path) : "imuN." + KeyRecord::name_of(path);
+}
+
+/// The IMUs of the chain, or of a file beside it, as Kalibr and OpenVINS have them.
+std::vector<ChainImu> find_imus(const YamlValue& chain, const std::filesystem::path& path,
+                                core::Ledger& ledger) {
+  std::vector<ChainImu> imus = read_imus(chain);
+  for (const char* name : {"imu.yaml", "kalibr_imu_chain.yaml"}) {
+    const std::filesystem::path beside = path.parent_path() / name;
+    if (!imus.empty() || beside == path || !std::filesystem::exists(beside)) continue;
+    const YamlValue file = YamlValue::read(beside);
+    imus = read_imus(file);
+    ledger.merge(file.ledger(kKnown, name_of_imu_key));
+  }
+  return imus;
+}
+
+/// On a rig that is imu0: T_i_b of all IMUs are from one base.
+void add_imus(const std::vector<ChainImu>& imus, RigOptions& rig) {
+  for (const ChainImu& imu : imus)
+    rig.sensors.push_back(imu_of_noise(fmt::format("imu{}", imu.number), imu.noise,
+                                       imus[0].imu_from_base * imu.imu_from_base.inverse()));
+}
+
 ImportedRig read_kalibr(const std::filesystem::path& path, const ReadOptions& options) {
   const YamlValue chain = YamlValue::read(path);
   std::vector<ChainCamera> chained = read_chain(chain);
@@ -220,8 +302,12 @@ ImportedRig read_kalibr(const std::filesystem::path& path, const ReadOptions& op
                        .body_from_rig = {}});
   }
   name_apart(cameras, keys);
-  return {rig_of_cameras(rig_name.empty() ? safe_name(path.stem().string()) : rig_name, cameras),
-          chain.ledger(kKnown, KeyRecord::numbered_name_of)};
+  ImportedRig read{
+      .rig = rig_of_cameras(rig_name.empty() ? safe_name(path.stem().string()) : rig_name, cameras),
+      .ledger = {}};
+  add_imus(find_imus(chain, path, read.ledger), read.rig);
+  read.ledger.merge(chain.ledger(kKnown, KeyRecord::numbered_name_of));
+  return read;
 }
 
 bool recognises_kalibr(const std::filesystem::path& path, std::string_view) {
@@ -229,7 +315,7 @@ bool recognises_kalibr(const std::filesystem::path& path, std::string_view) {
   if (file == nullptr) return false;
   const std::vector<std::string> keys = file->keys();
   return std::any_of(keys.begin(), keys.end(),
-                     [](const std::string& key) { return camera_number(key).has_value(); });
+                     [](const std::string& key) { return number_of(key, "cam").has_value(); });
 }
 
 void write_kalibr(const rigs::RigOptions& rig, const std::filesystem::path& path) {
@@ -252,7 +338,9 @@ void write_kalibr(const rigs::RigOptions& rig, const std::filesystem::path& path
 
 RigFormatInfo kalibr_rigs() {
   return {.name = "kalibr",
-          .summary = "A camchain of Kalibr, or of OpenVINS (YAML).",
+          .summary =
+              "A camchain of Kalibr, or of OpenVINS (YAML), with the IMUs of imu.yaml or "
+              "kalibr_imu_chain.yaml beside it.",
           .recognises = recognises_kalibr,
           .read = read_kalibr,
           .write = write_kalibr,

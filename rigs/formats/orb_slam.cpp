@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "rigs/imported_sensor.h"
 #include "rigs/opencv_lens.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
@@ -73,7 +74,12 @@ constexpr std::array kKnown = {
         "RIGHT.*",
         "of the camera before its images are rectified: what is read are the rectified ones",
         false},
-    core::KnownName{"IMU.*", "noise of an IMU, which a rig file does not hold", false},
+    core::KnownName{"IMU.NoiseGyro", "density of the gyroscopes' noise, rad/s/sqrt(Hz)"},
+    core::KnownName{"IMU.NoiseAcc", "of the accelerometers', m/s^2/sqrt(Hz)"},
+    core::KnownName{"IMU.GyroWalk", "of the walk of the gyroscopes' bias, rad/s^2/sqrt(Hz)"},
+    core::KnownName{"IMU.AccWalk", "of the accelerometers', m/s^3/sqrt(Hz)"},
+    core::KnownName{"IMU.Frequency", "the IMU's rate, Hz; with it the rig has an IMU"},
+    core::KnownName{"IMU.*", "of the program", false},
     core::KnownName{"Stereo.ThDepth", "of the program", false},
     core::KnownName{"ThDepth", "of the program", false},
     core::KnownName{"ORBextractor.*", "of the program", false},
@@ -157,6 +163,23 @@ std::optional<YamlValue> first_of(const YamlValue& file, std::initializer_list<c
   return std::nullopt;
 }
 
+/// The IMU, where its rate is stated: it is the rig's own frame.
+void add_imu(const YamlValue& file, RigOptions& rig) {
+  if (!file.states("IMU.Frequency")) {
+    for (const char* key : {"IMU.NoiseGyro", "IMU.NoiseAcc", "IMU.GyroWalk", "IMU.AccWalk"})
+      if (file.states(key)) file.at(key).pass_over("no IMU.Frequency beside it: no IMU is made");
+    return;
+  }
+  rig.sensors.push_back(
+      imu_of_noise("imu0",
+                   {.rate_hz = file.at("IMU.Frequency").number(),
+                    .gyro_noise_radps_per_sqrt_hz = number_or_0(file, "IMU.NoiseGyro"),
+                    .gyro_walk_radps_per_s_per_sqrt_hz = number_or_0(file, "IMU.GyroWalk"),
+                    .accel_noise_mps2_per_sqrt_hz = number_or_0(file, "IMU.NoiseAcc"),
+                    .accel_walk_mps2_per_s_per_sqrt_hz = number_or_0(file, "IMU.AccWalk")},
+                   {}));
+}
+
 ImportedRig read_orb_slam(const fs::path& path, const ReadOptions& options) {
   const YamlValue file = YamlValue::read(path);
   const std::string first = file.has("Camera1.fx") ? "Camera1" : "Camera";
@@ -186,7 +209,9 @@ ImportedRig read_orb_slam(const fs::path& path, const ReadOptions& options) {
     cameras.push_back(second);
   }
   const std::string name = options.name.empty() ? safe_name(path.stem().string()) : options.name;
-  return {rig_of_cameras(name, cameras), file.ledger(kKnown, name_of)};
+  RigOptions rig = rig_of_cameras(name, cameras);
+  add_imu(file, rig);
+  return {std::move(rig), file.ledger(kKnown, name_of)};
 }
 
 }  // namespace

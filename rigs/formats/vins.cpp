@@ -75,6 +75,9 @@ const std::vector<CamodocalModel>& models() {
   return table;
 }
 
+constexpr const char* kNoise =
+    "noise of an IMU's sample, whose rate this file does not state; give the rig an IMU by hand";
+
 constexpr std::array kKnown = {
     core::KnownName{"model_type", "PINHOLE, KANNALA_BRANDT, MEI"},
     core::KnownName{"camera_name", "the camera's name, where no topic has one"},
@@ -151,8 +154,8 @@ constexpr std::array kKnown = {
     core::KnownName{"max_solver_time", "of the estimator", false},
     core::KnownName{"max_num_iterations", "of the estimator", false},
     core::KnownName{"keyframe_parallax", "of the estimator", false},
-    core::KnownName{"acc_*", "noise of an IMU, which a rig file does not hold", false},
-    core::KnownName{"gyr_*", "noise of an IMU, which a rig file does not hold", false},
+    core::KnownName{"acc_*", kNoise, false},
+    core::KnownName{"gyr_*", kNoise, false},
     core::KnownName{"g_norm", "of the estimator", false},
     core::KnownName{"loop_closure", "of the estimator", false},
     core::KnownName{"load_previous_pose_graph", "of the estimator", false},

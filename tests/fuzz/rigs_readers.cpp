@@ -48,9 +48,17 @@ void write_zip(const fs::path& file, const std::vector<Part>& parts) {
 }  // namespace
 
 void fuzz_rig_csv(Bytes input) { read_rig("csv", put("rig.csv", input)); }
-void fuzz_rig_kalibr(Bytes input) { read_rig("kalibr", put("chain.yaml", input)); }
+void fuzz_rig_carla(Bytes input) { read_rig("carla", put("objects.json", input)); }
 void fuzz_rig_opencv(Bytes input) { read_rig("opencv", put("rig.yaml", input)); }
+void fuzz_rig_orb_slam(Bytes input) { read_rig("orb_slam", put("settings.yaml", input)); }
 void fuzz_rig_ros(Bytes input) { read_rig("ros", put("ost.yaml", input)); }
+
+/// A chain with the IMUs beside it.
+void fuzz_rig_kalibr(Bytes input) {
+  static constexpr std::array<std::string_view, 3> kNames = {"chain.yaml", "imu.yaml",
+                                                             "kalibr_imu_chain.yaml"};
+  read_rig("kalibr", put_parts(input, kNames) / "chain.yaml");
+}
 
 /// A folder of rig_config.json and cameras.txt.
 void fuzz_rig_colmap(Bytes input) {

@@ -73,10 +73,12 @@
   X(raster_tif)                   \
   X(raster_vrt)                   \
   X(rasters_of_world)             \
+  X(rig_carla)                    \
   X(rig_colmap)                   \
   X(rig_csv)                      \
   X(rig_kalibr)                   \
   X(rig_opencv)                   \
+  X(rig_orb_slam)                 \
   X(rig_ros)                      \
   X(rig_toml)                     \
   X(rig_vins)                     \

@@ -72,6 +72,53 @@ TEST(Kalibr, EachModelShowsPointsWhereItsFormulaDoes) {
   }
 }
 
+/// IMUs of imu.yaml beside the chain, of OpenVINS's file, and of the chain itself; the second one a quarter turn and
+/// 0.1 m from the first.
+TEST(Kalibr, ImusAreSensorsOfTheRig) {
+  constexpr const char* kNoise =
+      "accelerometer_noise_density: 2.0e-3\naccelerometer_random_walk: 3.0e-3\n"
+      "gyroscope_noise_density: 1.6968e-04\ngyroscope_random_walk: 1.9393e-05\n"
+      "rostopic: /imu0\nupdate_rate: 200.0\n";
+  const auto indented = [](std::string text) {
+    for (std::size_t i = 0; i < text.size(); ++i)
+      if (i == 0 || text[i - 1] == '\n') text.insert(i, "  ");
+    return text;
+  };
+  const fs::path flat = test_folder("kalibr_imu") / "chain.yaml";
+  core::write_file(flat.parent_path() / "imu.yaml", kNoise);
+  ImportedRig read = read_text("kalibr", flat, camera_text(0, ""));
+  ASSERT_EQ(read.rig.sensors.size(), 1U);
+  EXPECT_EQ(read.rig.sensors[0].rate_hz, 200.0);
+  EXPECT_NE(rig_toml(read.rig).find("noise_radps_per_sqrt_hz = 0.00016968\n"), std::string::npos);
+  EXPECT_TRUE(read.ledger.warnings().empty()) << read.ledger.table();
+
+  const fs::path chain = test_folder("kalibr_imus") / "chain.yaml";
+  core::write_file(
+      chain.parent_path() / "kalibr_imu_chain.yaml",
+      "%YAML:1.0\nimu0:\n  time_offset: 0.0\n" + indented(kNoise) + "imu1:\n" + indented(kNoise) +
+          "  time_offset: 0.02\n  Tw: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n"
+          "  T_i_b: [[0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.1], [0.0, 0.0, 1.0, 0.0], [0.0, "
+          "0.0, 0.0, 1.0]]\n");
+  read = read_text("kalibr", chain, camera_text(0, ""));
+  ASSERT_EQ(read.rig.sensors.size(), 2U);
+  // Its x is imu0's y: a quarter turn to the left. Its place: of -R^T (0, 0.1, 0).
+  EXPECT_EQ(read.rig.sensors[1].name, "imu1");
+  ASSERT_EQ(read.rig.sensors[1].euler_deg.size(), 3U);
+  EXPECT_NEAR(read.rig.sensors[1].euler_deg[0], 90.0, 1e-12);
+  EXPECT_NEAR(read.rig.sensors[1].offset_mm.at(0), 100.0, 1e-12);
+  EXPECT_NEAR(read.rig.sensors[1].offset_mm.at(1), 0.0, 1e-12);
+  expect_told(read.ledger, {"imuN.time_offset", "clock"});
+  expect_told(read.ledger, {"imuN.Tw", "misalignment_mrad"});
+
+  read = read_text("kalibr", test_folder("kalibr_own_imu") / "chain.yaml",
+                   camera_text(0, "") + "imu0:\n" + indented(kNoise));
+  EXPECT_EQ(read.rig.sensors.size(), 1U);
+  expect_error(ErrorKind::Input, {"imu0", "update_rate"}, [&] {
+    read_text("kalibr", test_folder("kalibr_no_rate") / "chain.yaml",
+              camera_text(0, "") + "imu0:\n  gyroscope_noise_density: 1e-4\n");
+  });
+}
+
 TEST(Kalibr, AShiftOfTheClockIsToldAndNoneIsNot) {
   const fs::path file = test_folder("kalibr_shift") / "chain.yaml";
   const auto read = [&](const char* shift) {

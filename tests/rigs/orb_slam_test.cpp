@@ -112,6 +112,25 @@ TEST_F(OrbSlam, TwoCamerasStandWhereTheirMatricesSay) {
   }
 }
 
+TEST_F(OrbSlam, AnImuIsASensorOfTheRigAtItsOrigin) {
+  read(stereo_text());
+  EXPECT_TRUE(last.rig.sensors.empty());
+  expect_told(last.ledger, {"IMU.NoiseGyro", "no IMU.Frequency"});
+  read(stereo_text() +
+       "IMU.NoiseAcc: 2.0e-3\nIMU.GyroWalk: 1.9393e-05\nIMU.AccWalk: 3.e-03\n"
+       "IMU.Frequency: 200.0\nIMU.InsertKFsWhenLost: 0\n");
+  ASSERT_EQ(last.rig.sensors.size(), 1U);
+  EXPECT_EQ(last.rig.sensors[0].sensor.kind(), "imu");
+  EXPECT_EQ(last.rig.sensors[0].rate_hz, 200.0);
+  EXPECT_TRUE(last.rig.sensors[0].offset_mm.empty());
+  const std::string toml = rig_toml(last.rig);
+  for (const char* line :
+       {"noise_radps_per_sqrt_hz = 0.00017\n", "walk_radps_per_s_per_sqrt_hz = 1.9393e-05\n",
+        "noise_mps2_per_sqrt_hz = 0.002\n", "walk_mps2_per_s_per_sqrt_hz = 0.003\n"})
+    EXPECT_NE(toml.find(line), std::string::npos) << line << toml;
+  EXPECT_TRUE(last.ledger.warnings().empty());
+}
+
 TEST_F(OrbSlam, ABaselineMakesAPairAndADepthCamerasMakesNone) {
   std::string rectified = "%YAML:1.0\nCamera.type: \"Rectified\"\n" +
                           optics_text("Camera1", kLeft) +

@@ -101,6 +101,16 @@ fs::path write_orb_slam_sample(const fs::path& folder, const More& more) {
   return folder / "settings.yaml";
 }
 
+fs::path write_carla_sample(const fs::path& folder, const More& more) {
+  core::write_file(folder / "objects.json",
+                   R"({"objects": [{"type": "vehicle.a", "id": "ego", "objects": [)"
+                   R"({"type": "sensor.camera.rgb", "id": "a", "image_size_x": 64)" +
+                       more(0, R"(, "more": 1)") + R"(, "spawn_point": {"x": 1.0)" +
+                       more(1, R"(, "more": 1)") + "}}]" + more(2, R"(, "more": 1)") + "}]" +
+                       more(3, R"(, "more": {"deep": 1})") + "}");
+  return folder / "objects.json";
+}
+
 fs::path write_colmap_sample(const fs::path& folder, const More& more) {
   core::write_file(folder / "cameras.txt",
                    "1 PINHOLE 64 48 30 30 32 24\n2 PINHOLE 64 48 30 30 32 24\n");
@@ -144,10 +154,11 @@ fs::path write_xlsx_sample(const fs::path& folder, const More& more) {
 
 const std::map<std::string_view, Sample>& samples() {
   static const std::map<std::string_view, Sample> table = {
-      {"colmap", {2, write_colmap_sample}},     {"csv", {2, write_csv_sample}},
-      {"kalibr", {2, write_kalibr_sample}},     {"opencv", {6, write_opencv_sample}},
-      {"orb_slam", {1, write_orb_slam_sample}}, {"ros", {2, write_ros_sample}},
-      {"vins", {5, write_vins_sample}},         {"xlsx", {2, write_xlsx_sample}},
+      {"carla", {4, write_carla_sample}},   {"colmap", {2, write_colmap_sample}},
+      {"csv", {2, write_csv_sample}},       {"kalibr", {2, write_kalibr_sample}},
+      {"opencv", {6, write_opencv_sample}}, {"orb_slam", {1, write_orb_slam_sample}},
+      {"ros", {2, write_ros_sample}},       {"vins", {5, write_vins_sample}},
+      {"xlsx", {2, write_xlsx_sample}},
   };
   return table;
 }
