@@ -99,7 +99,7 @@ std::string unit_of(std::string_view name) {
     return std::find(std::begin(kUnits), std::end(kUnits), word) != std::end(kUnits);
   };
   const std::string_view unit = last_word(name);
-  // Of what is no single unit, by all that a name may end with.
+  // Endings of names whose unit is a compound one.
   static constexpr std::pair<std::string_view, std::string_view> kCompounds[] = {
       {"_radps_per_sqrt_hz", "rad/s/√Hz"},
       {"_mps2_per_sqrt_hz", "m/s²/√Hz"},

@@ -45,7 +45,7 @@ std::vector<capture::StreamChannel> local_channels(std::vector<capture::StreamCh
 capture::Samples local_scans(const capture::StreamInfo& stream, const LocalFrame& local,
                              capture::Samples scans) {
   const std::size_t num_channels = stream.channels.size();
-  // Where three coordinates of a place begin.
+  // Channels that hold the first of a point's three coordinates.
   std::vector<std::size_t> places;
   for (std::size_t k = 0; k + 2 < num_channels; ++k)
     if (stream.channels[k].name.starts_with(kWorld) && stream.channels[k].name.ends_with("x_m"))

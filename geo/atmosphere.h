@@ -3,7 +3,7 @@
 /// Pressure of the air by height.
 namespace terracast::geo {
 
-/// What a day's air has otherwise than the standard atmosphere.
+/// How a day's air differs from the standard atmosphere.
 struct Air {
   double sea_level_pressure_pa = 101325.0;
   double warmer_k = 0.0;  ///< at all heights
@@ -14,7 +14,7 @@ struct Air {
 /// source           ISO 2533:1975, section 2.3, with its r = 6 356 766 m
 double geopotential_height_m(double altitude_msl_m);
 
-/// Pressure, Pa, of the standard atmosphere, its temperatures and its pressure at sea level being a day's.
+/// Pressure, Pa, of a standard atmosphere that has the day's pressure at sea level and is as much warmer at all heights.
 /// geopotential_height_m   -5000 to 80 000
 /// accuracy                of ISO 2533: rounding of double; Atmosphere.…
 /// throws                  Input: another height

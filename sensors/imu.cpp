@@ -30,8 +30,7 @@ struct Inertial {
 
 /// f = a + 2 W x v - g and w + W, with W the Earth's turning and g the gravity at the sensor's place: the world turns with
 /// the Earth, and g has the centrifugal part.
-Inertial inertial_at(const SensorSite& site, double time_s) {
-  const geo::MotionState body = site.body.at(time_s);
+Inertial inertial_of(const SensorSite& site, const geo::MotionState& body) {
   const Eigen::Quaterniond& world_from_body = body.world_from_body.rotation;
   const Vector3d& arm = site.body_from_sensor.translation;
   const Vector3d& w = body.angular_velocity_body_radps;
@@ -63,7 +62,7 @@ Inertial mean_of(const SensorSite& site, double from_s, double to_s,
   const auto add = [&](double begin_s, double end_s) {
     const double half_s = 0.5 * (end_s - begin_s);
     for (const auto& [node, weight] : kGauss) {
-      const Inertial at = inertial_at(site, begin_s + half_s * (1.0 + node));
+      const Inertial at = inertial_of(site, site.body.at(begin_s + half_s * (1.0 + node)));
       sum.turn_rate += weight * half_s * at.turn_rate;
       sum.force += weight * half_s * at.force;
     }
@@ -84,8 +83,7 @@ struct EarthState {
   Vector3d velocity_mps = Vector3d::Zero();
 };
 
-EarthState earth_state_at(const SensorSite& site, double time_s) {
-  const geo::MotionState body = site.body.at(time_s);
+EarthState earth_state_of(const SensorSite& site, const geo::MotionState& body) {
   const geo::Rigid3d& ecef_from_world = site.scene.frame().ecef_from_world();
   EarthState state{.ecef_from_sensor =
                        ecef_from_world * (body.world_from_body * site.body_from_sensor)};
@@ -191,11 +189,12 @@ class Imu : public Sensor {
     Instrument accelerometer(accelerometer_, site.rate_hz, site.stream_seed, 2);
     for (std::size_t i = 0; i < times_s.size(); ++i) {
       const double time_s = times_s[i];
+      const geo::MotionState body = site.body.at(time_s);
       const Inertial truth = sampling_ == "instant"
-                                 ? inertial_at(site, time_s)
+                                 ? inertial_of(site, body)
                                  : mean_of(site, time_s - 1.0 / site.rate_hz, time_s, knots_s);
       const std::int64_t tick = site.tick_at(time_s);
-      const EarthState state = earth_state_at(site, time_s);
+      const EarthState state = earth_state_of(site, body);
       const Eigen::Quaterniond& q = state.ecef_from_sensor.rotation;
       std::span<double> row = values.subspan(kNumChannels * i, kNumChannels);
       const auto put = [&row](const auto& numbers) {

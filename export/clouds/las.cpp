@@ -97,7 +97,7 @@ Bytes variable_records(const std::string& wkt) {
   return bytes;
 }
 
-/// Of coordinates in whole steps.
+/// The offset from which LAS counts coordinates in whole steps, and the bounds of what is counted.
 struct Extent {
   std::array<double, 3> offset_m = {};
   std::array<std::int32_t, 3> least, most;
