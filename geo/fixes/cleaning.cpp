@@ -204,4 +204,16 @@ std::vector<FixPart> clean_fixes(const std::vector<PlacedFix>& recorded,
   return parts;
 }
 
+void take_attitudes(const std::vector<PlacedFix>& attitudes, std::vector<FixPart>& parts) {
+  for (FixPart& part : parts) {
+    const auto begin = std::lower_bound(
+        attitudes.begin(), attitudes.end(), part.positions.front().time_s,
+        [](const PlacedFix& attitude, double time_s) { return attitude.time_s < time_s; });
+    const auto end = std::upper_bound(
+        begin, attitudes.end(), part.positions.back().time_s,
+        [](double time_s, const PlacedFix& attitude) { return time_s < attitude.time_s; });
+    part.orientations.assign(begin, end);
+  }
+}
+
 }  // namespace terracast::geo

@@ -44,4 +44,8 @@ inline constexpr std::size_t kLongestWrongRun = 2000;
 std::vector<FixPart> clean_fixes(const std::vector<PlacedFix>& fixes,
                                  const CleaningOptions& options, CleaningCounts& counts);
 
+/// Gives each part the timed attitudes of the time between its first and last fix, instead of those of its fixes.
+/// attitudes   in the order of their times
+void take_attitudes(const std::vector<PlacedFix>& attitudes, std::vector<FixPart>& parts);
+
 }  // namespace terracast::geo

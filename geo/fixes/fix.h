@@ -46,9 +46,17 @@ struct Fix {
   }  ///< its height may be missing
 };
 
+/// The body's attitude at a time of its own: recorders that filter state it more often than places.
+struct TimedAttitude {
+  double time_s = 0.0;          ///< on the clock of the fixes
+  Eigen::Quaterniond attitude;  ///< frame_from_body
+};
+
 /// A recording as its file tells it, in the file's order.
 struct FixTable {
   std::vector<Fix> fixes;
+  /// Where there are any, they take the place of the fixes' own attitudes of the body.
+  std::vector<TimedAttitude> attitudes;
   FixFrame frame = FixFrame::Geodetic;
   AttitudeFrame attitude_frame = AttitudeFrame::PlaceEnu;
   bool has_utc = false;          ///< times count from 1970-01-01T00:00:00Z, else from any zero

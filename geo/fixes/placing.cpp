@@ -100,12 +100,134 @@ std::string attitude_source(const FixTable& table, const std::string& wanted) {
     has_gimbal |= fix.gimbal.has_value();
     has_body |= fix.attitude.has_value();
   }
+  has_body |= !table.attitudes.empty();
   if (wanted == "auto") return has_gimbal ? "gimbal" : has_body ? "body" : "path";
   if ((wanted == "gimbal" && !has_gimbal) || (wanted == "body" && !has_body))
     fail(ErrorKind::Config,
          "attitude = \"{}\", and the recording holds no {}; attitude = \"path\" follows the motion",
          wanted, wanted == "gimbal" ? "angles of a gimbal" : "attitude of the body");
   return wanted;
+}
+
+/// What the attitudes of a recording lead to, in the world.
+struct AttitudeFrames {
+  const WorldFrame& world;
+  Eigen::Quaterniond world_from_ecef;
+  Eigen::Quaterniond world_from_local;
+
+  Eigen::Quaterniond world_from(AttitudeFrame frame, const Eigen::Vector3d& position_world) const {
+    if (frame == AttitudeFrame::PlaceEnu)
+      return Eigen::Quaterniond(world.world_from_enu(position_world));
+    return frame == AttitudeFrame::Ecef ? world_from_ecef : world_from_local;
+  }
+};
+
+/// The times and places of fixes, by time; those without a time left out.
+std::vector<PlacedFix> sorted_by_time(const std::vector<PlacedFix>& fixes) {
+  std::vector<PlacedFix> sorted;
+  for (const PlacedFix& fix : fixes)
+    if (std::isfinite(fix.time_s)) sorted.push_back(fix);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const PlacedFix& a, const PlacedFix& b) { return a.time_s < b.time_s; });
+  return sorted;
+}
+
+/// The first of those that come later than a time.
+std::vector<PlacedFix>::const_iterator after(const std::vector<PlacedFix>& sorted, double time_s) {
+  return std::upper_bound(sorted.begin(), sorted.end(), time_s,
+                          [](double time, const PlacedFix& fix) { return time < fix.time_s; });
+}
+
+/// How far a time is from that of one to that of the next, from 0 to 1.
+double share_of(double time_s, const PlacedFix& from, const PlacedFix& to) {
+  return std::clamp((time_s - from.time_s) / (to.time_s - from.time_s), 0.0, 1.0);
+}
+
+/// On the straight line between the fixes before and after; before the first and after the last, their places. East,
+/// north and up differ by 1e-6 rad over 6 m.
+Eigen::Vector3d place_at(const std::vector<PlacedFix>& sorted, double time_s) {
+  const auto next = after(sorted, time_s);
+  if (next == sorted.begin()) return next->position_world;
+  if (next == sorted.end()) return sorted.back().position_world;
+  const PlacedFix& last = *(next - 1);
+  return last.position_world +
+         share_of(time_s, last, *next) * (next->position_world - last.position_world);
+}
+
+/// In the order of their times; those at the time of another are counted and left out.
+void place_attitudes(const FixTable& table, const AttitudeFrames& frames, PlacedFixes& placed) {
+  if (table.attitudes.empty()) return;
+  const std::vector<PlacedFix> fixes = sorted_by_time(placed.fixes);
+  if (fixes.empty()) return;
+  std::vector<TimedAttitude> attitudes;
+  for (const TimedAttitude& attitude : table.attitudes)
+    if (std::isfinite(attitude.time_s)) attitudes.push_back(attitude);
+  placed.num_attitudes_without_time = table.attitudes.size() - attitudes.size();
+  std::stable_sort(
+      attitudes.begin(), attitudes.end(),
+      [](const TimedAttitude& a, const TimedAttitude& b) { return a.time_s < b.time_s; });
+  constexpr double kLeastStep_s = 1e-6;
+  for (const TimedAttitude& attitude : attitudes) {
+    if (!placed.attitudes.empty() &&
+        attitude.time_s - placed.attitudes.back().time_s < kLeastStep_s) {
+      ++placed.num_attitudes_repeated;
+      continue;
+    }
+    PlacedFix result;
+    result.time_s = attitude.time_s;
+    result.position_world = place_at(fixes, attitude.time_s);
+    result.world_from_body =
+        frames.world_from(table.attitude_frame, result.position_world) * attitude.attitude;
+    placed.attitudes.push_back(std::move(result));
+  }
+}
+
+/// On the shortest turn between the attitudes before and after; nothing before the first and after the last.
+std::optional<Eigen::Quaterniond> attitude_at(const std::vector<PlacedFix>& attitudes,
+                                              double time_s) {
+  const auto next = after(attitudes, time_s);
+  if (next == attitudes.begin()) return std::nullopt;
+  const PlacedFix& last = *(next - 1);
+  if (next == attitudes.end()) {
+    if (last.time_s < time_s) return std::nullopt;
+    return last.world_from_body;
+  }
+  return last.world_from_body->slerp(share_of(time_s, last, *next), *next->world_from_body);
+}
+
+/// Moves places from the recorded point to the body's reference point.
+/// world_from_body   the body's attitude at each fix
+void apply_lever_arm(const Eigen::Vector3d& arm_body,
+                     const std::vector<std::optional<Eigen::Quaterniond>>& world_from_body,
+                     PlacedFixes& placed) {
+  std::vector<PlacedFix> moved;
+  bool starts_part = false;
+  for (std::size_t i = 0; i < placed.fixes.size(); ++i) {
+    PlacedFix& fix = placed.fixes[i];
+    starts_part |= fix.starts_part;
+    const std::optional<Eigen::Quaterniond> attitude =
+        placed.attitudes.empty() ? world_from_body[i] : attitude_at(placed.attitudes, fix.time_s);
+    if (!attitude) {
+      ++placed.num_without_attitude;
+      continue;
+    }
+    fix.position_world += *attitude * arm_body;
+    fix.starts_part = starts_part;
+    starts_part = false;
+    moved.push_back(std::move(fix));
+  }
+  placed.fixes = std::move(moved);
+}
+
+/// throws   Config: the recording has no attitude of the body
+void refuse_arm_without_attitude(const FixTable& table) {
+  if (!table.attitudes.empty() ||
+      std::any_of(table.fixes.begin(), table.fixes.end(),
+                  [](const Fix& fix) { return fix.attitude.has_value(); }))
+    return;
+  fail(ErrorKind::Config,
+       "lever_arm_m is along the body's axes, and the recording holds no attitude of the body; "
+       "leave it out");
 }
 
 }  // namespace
@@ -153,6 +275,12 @@ void PlacingOptions::describe(core::SchemaVisitor& visit, FixFrame frame,
             "The body's axes: the gimbal's (x along the camera's axis), the recorded body's, or "
             "along the path; auto: the first of these that the recording holds.",
             core::one_of({"auto", "gimbal", "body", "path"}));
+  visit.key(
+      "lever_arm_m", lever_arm_m,
+      "From the point whose places are recorded (an antenna, an inertial unit) to the body's "
+      "reference point, along the body's axes: forward, left, up. Needs recorded attitudes of "
+      "the body.",
+      core::size_of(3));
 }
 
 void PlacingOptions::validate(FixFrame frame, const std::string& own_above) const {
@@ -161,6 +289,9 @@ void PlacingOptions::validate(FixFrame frame, const std::string& own_above) cons
          "above is not given: say what the recorded heights are above, which is one of ellipsoid, "
          "egm96, ground, home, or pressure with a pressure_offset_m; where the file has none, {}",
          kNoHeightsWayOut);
+  for (const double part : lever_arm_m)
+    if (!std::isfinite(part))
+      fail(ErrorKind::Config, "lever_arm_m: {} is not a finite number of metres", part);
 }
 
 PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
@@ -178,6 +309,9 @@ PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
   const Heights heights(table, options, heights_above, context);
   const Rigid3d local =
       table.frame == FixFrame::Local ? world_from_local(options, context) : Rigid3d{};
+  const AttitudeFrames frames{frame, world_from_ecef.rotation, local.rotation};
+  if (!options.lever_arm_m.empty()) refuse_arm_without_attitude(table);
+  std::vector<std::optional<Eigen::Quaterniond>> world_from_body;  // of placed.fixes
   bool starts_part = false;
   for (std::size_t i = 0; i < table.fixes.size(); ++i) {
     Fix fix = table.fixes[i];
@@ -206,23 +340,22 @@ PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
       result.position_world = (table.frame == FixFrame::Ecef ? world_from_ecef : local) * fix.place;
       result.position_world += options.height_offset_m * frame.up_world(result.position_world);
     }
-    const auto& recorded = placed.attitude_from == "gimbal" ? fix.gimbal : fix.attitude;
+    std::optional<Eigen::Quaterniond> body;
+    if (fix.attitude)
+      body = frames.world_from(table.attitude_frame, result.position_world) * *fix.attitude;
+    if (placed.attitude_from == "body") result.world_from_body = body;
     // A gimbal's angles are always about the place's own axes.
-    const AttitudeFrame attitude_frame =
-        placed.attitude_from == "gimbal" ? AttitudeFrame::PlaceEnu : table.attitude_frame;
-    if (recorded && placed.attitude_from != "path") {
-      if (attitude_frame == AttitudeFrame::PlaceEnu)
-        result.world_from_body =
-            Eigen::Quaterniond(frame.world_from_enu(result.position_world)) * *recorded;
-      else
-        result.world_from_body =
-            (attitude_frame == AttitudeFrame::Ecef ? world_from_ecef.rotation : local.rotation) *
-            *recorded;
-    }
+    if (placed.attitude_from == "gimbal" && fix.gimbal)
+      result.world_from_body =
+          frames.world_from(AttitudeFrame::PlaceEnu, result.position_world) * *fix.gimbal;
+    world_from_body.push_back(body);
     result.starts_part = starts_part;
     starts_part = false;
     placed.fixes.push_back(std::move(result));
   }
+  place_attitudes(table, frames, placed);
+  if (!options.lever_arm_m.empty())
+    apply_lever_arm(Eigen::Vector3d(options.lever_arm_m.data()), world_from_body, placed);
   return placed;
 }
 

@@ -203,6 +203,9 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
   recording.num_without_place = placed.num_without_place;
   recording.num_without_height = placed.num_without_height;
   recording.num_without_ground = placed.num_without_ground;
+  recording.num_without_attitude = placed.num_without_attitude;
+  recording.num_attitudes_repeated = placed.num_attitudes_repeated;
+  recording.num_attitudes_without_time = placed.num_attitudes_without_time;
   recording.attitude_from = placed.attitude_from;
   recording.facts = {std::move(table.ledger), std::move(table.empty), std::move(table.remarks)};
   if (placed.is_over_ground)
@@ -210,12 +213,19 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
         "no heights are read: it is flown {:g} m above the ground, as height_offset_m says",
         options.placing.height_offset_m));
   recording.has_utc = table.has_utc && options.timing == "recorded";
+  if (options.timing == "speed" && placed.attitude_from == "body" && !placed.attitudes.empty())
+    fail(ErrorKind::Config,
+         "{}: its attitudes have times of their own, which timing = \"speed\" gives up; fly it by "
+         "attitude = \"path\", or at the recorded times",
+         options.file.resolved.string());
   if (options.timing == "speed") time_by_speed(placed, options.speed_mps, recording.dropped);
   CleaningOptions cleaning = options.cleaning;
   if (options.timing == "speed") cleaning.max_gap_s = std::numeric_limits<double>::infinity();
   constexpr double kNoise_sigma = 6.0;
   cleaning.slack_m = kNoise_sigma * std::max(options.sigma_m, options.sigma_height_m);
-  const std::vector<FixPart> parts = clean_fixes(placed.fixes, cleaning, recording.dropped);
+  std::vector<FixPart> parts = clean_fixes(placed.fixes, cleaning, recording.dropped);
+  if (recording.attitude_from == "body" && !placed.attitudes.empty())
+    take_attitudes(placed.attitudes, parts);
   if (parts.empty())
     fail(ErrorKind::Input, "{}: no part of the recording has {} fixes: {}{}",
          options.file.resolved.string(), kFewestFixes, summary_of(recording, options),
@@ -253,6 +263,9 @@ std::string summary_of(const Recording& recording, const RecordingOptions& optio
   add(recording.num_without_place, "without a place");
   add(recording.num_without_height, "without a height");
   add(recording.num_without_ground, "without ground below");
+  add(recording.num_without_attitude, "without an attitude for lever_arm_m");
+  add(recording.num_attitudes_repeated, "attitudes at the time of another");
+  add(recording.num_attitudes_without_time, "attitudes without a time");
   add(counts.num_without_time, "without a time");
   add(counts.num_repeated, "repeated");
   add(counts.num_of_same_time, "at the time of another");

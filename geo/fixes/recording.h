@@ -56,6 +56,9 @@ struct Recording {
   std::size_t num_without_place = 0;
   std::size_t num_without_height = 0;
   std::size_t num_without_ground = 0;
+  std::size_t num_without_attitude = 0;
+  std::size_t num_attitudes_repeated = 0;
+  std::size_t num_attitudes_without_time = 0;
   CleaningCounts dropped;
   std::string attitude_from;  ///< gimbal, body or path
   double zero_s = 0.0;        ///< on the file's clock

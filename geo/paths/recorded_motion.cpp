@@ -1,10 +1,26 @@
 #include "geo/paths/recorded_motion.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
 
 namespace terracast::geo {
+namespace {
+
+/// Of the steps between times that reach into a window, two times or more.
+double median_rate_hz(const std::vector<double>& times_s, const RecordedMotion::Window& window) {
+  std::vector<double> steps_s;
+  for (std::size_t i = 0; i + 1 < times_s.size(); ++i)
+    if (times_s[i + 1] > window.begin_s && times_s[i] < window.end_s)
+      steps_s.push_back(times_s[i + 1] - times_s[i]);
+  if (steps_s.empty()) return 0.0;
+  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
+  std::nth_element(steps_s.begin(), middle, steps_s.end());
+  return 1.0 / *middle;
+}
+
+}  // namespace
 
 // With p the spline and q = p / |p|, the body turns at 2 q* q' (its vector part), which changes at
 // 2 q* q'': the other term, q'* q', has no vector part.
@@ -53,6 +69,14 @@ PointMotion RecordedMotion::motion_at(double time_s) const {
 std::optional<double> RecordedMotion::utc_start_unix_s() const {
   if (!utc_unix_s_) return std::nullopt;
   return *utc_unix_s_ + window_.begin_s;
+}
+
+RecordedRates RecordedMotion::recorded_rates() const {
+  RecordedRates rates{.fixes_hz = median_rate_hz(position_.parameters(), window_),
+                      .attitudes_hz = std::nullopt};
+  if (const auto* rotation = std::get_if<RotationSpline>(&attitude_))
+    rates.attitudes_hz = median_rate_hz(rotation->knots_s(), window_);
+  return rates;
 }
 
 MotionState RecordedMotion::at(double time_s) const {

@@ -33,6 +33,12 @@ class RotationSpline {
   InterpolatingSplineIn<4> spline_;
 };
 
+/// How densely a motion was recorded, by the median time between its rows.
+struct RecordedRates {
+  double fixes_hz = 0.0;
+  std::optional<double> attitudes_hz;  ///< nothing: the attitude follows from the path
+};
+
 /// A body that was where a spline over time says: a window of it, from `begin_s` to `end_s` of the
 /// spline's time. Its attitude is given, or follows from the motion. Before and after its window the
 /// splines go on; beyond their first and last knots by their end pieces.
@@ -50,6 +56,7 @@ class RecordedMotion final : public Trajectory {
   MotionState at(double time_s) const override;
   std::vector<double> knots_s() const override;
   std::optional<double> utc_start_unix_s() const override;
+  RecordedRates recorded_rates() const;
 
  private:
   PointMotion motion_at(double time_s) const;

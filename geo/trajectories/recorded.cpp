@@ -82,6 +82,33 @@ std::string hint_outside(const Geodetic& place, const TrajectoryContext& context
   return exchange.empty() ? radian_hint(place, context) : exchange;
 }
 
+/// What the smooth motion asks of a vehicle at most, at its knots and halfway between, and how densely it was recorded:
+/// where noise was not smoothed away, it shows here first.
+std::string text_of_peaks(const RecordedMotion& motion) {
+  constexpr std::size_t kMostKnots = 200000;
+  const std::vector<double> knots_s = motion.knots_s();
+  const std::size_t stride = 1 + knots_s.size() / kMostKnots;
+  double most_mps2 = 0.0, most_mps2_s = 0.0, most_radps = 0.0, most_radps_s = 0.0;
+  const auto look_at = [&](double time_s) {
+    const MotionState state = motion.at(time_s);
+    if (const double a = state.acceleration_world_mps2.norm(); a > most_mps2)
+      most_mps2 = a, most_mps2_s = time_s;
+    if (const double w = state.angular_velocity_body_radps.norm(); w > most_radps)
+      most_radps = w, most_radps_s = time_s;
+  };
+  for (std::size_t i = 0; i < knots_s.size(); i += stride) {
+    look_at(knots_s[i]);
+    if (i + 1 < knots_s.size()) look_at(0.5 * (knots_s[i] + knots_s[i + 1]));
+  }
+  const RecordedRates rates = motion.recorded_rates();
+  return fmt::format(
+      "{:.4g} fixes a second{}; the smooth motion accelerates by up to {:.3g} m/s^2 (at t = {:.1f} "
+      "s) and turns by up to {:.3g} deg/s (at t = {:.1f} s)",
+      rates.fixes_hz,
+      rates.attitudes_hz ? fmt::format(", {:.4g} attitudes a second", *rates.attitudes_hz) : "",
+      most_mps2, most_mps2_s, degrees_from_radians(most_radps), most_radps_s);
+}
+
 class Recorded final : public TrajectoryKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -138,12 +165,14 @@ class Recorded final : public TrajectoryKind {
     const std::optional<double> utc =
         recording.has_utc ? std::optional(recording.zero_s) : std::nullopt;
     const RecordedMotion::Window window{stretch.begin_s, stretch.end_s};
-    if (part.rotation)
-      return std::make_unique<RecordedMotion>(context.frame, *part.position, window, utc,
-                                              *part.rotation);
     Attitude attitude = attitude_.attitude();
     attitude.slow_mps = slow_mps_;
-    return std::make_unique<RecordedMotion>(context.frame, *part.position, window, utc, attitude);
+    auto motion = part.rotation ? std::make_unique<RecordedMotion>(context.frame, *part.position,
+                                                                   window, utc, *part.rotation)
+                                : std::make_unique<RecordedMotion>(context.frame, *part.position,
+                                                                   window, utc, attitude);
+    if (context.log) context.log->info("{}", text_of_peaks(*motion));
+    return motion;
   }
 
   bool is_split() const override { return split_; }
@@ -269,8 +298,10 @@ class Recorded final : public TrajectoryKind {
         fmt::format("{}: {}", recording_.file.written, summary_of(recording, recording_));
     const CleaningCounts& counts = recording.dropped;
     if (recording.num_without_place + recording.num_without_height + recording.num_without_ground +
-            counts.num_without_time + counts.num_of_same_time + counts.num_out_of_order +
-            counts.num_impossible + counts.num_in_short_parts >
+            recording.num_without_attitude + recording.num_attitudes_repeated +
+            recording.num_attitudes_without_time + counts.num_without_time +
+            counts.num_of_same_time + counts.num_out_of_order + counts.num_impossible +
+            counts.num_in_short_parts >
         0)
       log.warn("{}", summary);
     else

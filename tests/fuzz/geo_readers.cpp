@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/hash.h"
@@ -49,7 +50,9 @@ void read_fixes(std::string_view name, const fs::path& path, Bytes keys = {}) {
             .ground_height_m = [](double, double) { return 1000.0; },
             .geoid = {}};
         geo::CleaningCounts counts;
-        geo::clean_fixes(geo::place_fixes(table, options, above, context).fixes, {}, counts);
+        const geo::PlacedFixes placed = geo::place_fixes(table, options, above, context);
+        std::vector<geo::FixPart> parts = geo::clean_fixes(placed.fixes, {}, counts);
+        geo::take_attitudes(placed.attitudes, parts);
       } catch (const core::Error& error) {
         if (above == "none" || error.kind() == core::ErrorKind::Internal) throw;
       }
