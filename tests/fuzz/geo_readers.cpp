@@ -76,6 +76,20 @@ void fuzz_fixes_tum(Bytes input) { read_fixes("tum", put("flight.txt", input)); 
 void fuzz_fixes_csv(Bytes input) { read_with_keys("csv", "flight.csv", input); }
 void fuzz_fixes_srt(Bytes input) { read_with_keys("srt", "flight.srt", input); }
 
+/// By each of its sources of places; what the log holds may be none but the first that it finds.
+void fuzz_fixes_ulog(Bytes input) {
+  const fs::path file = put("flight.ulg", input);
+  for (const std::string_view places : {"local", "gps", "local_origin"}) {
+    const std::string keys = fmt::format("places = \"{}\"\n", places);
+    try {
+      read_fixes("ulog", file, bytes_of(keys));
+    } catch (const core::Error& error) {
+      if (error.kind() == core::ErrorKind::Internal) throw;
+    }
+  }
+  read_fixes("ulog", file);
+}
+
 /// The first part is the times, the others are packets.
 void fuzz_fixes_oxts(Bytes input) {
   const fs::path folder = fresh_folder();

@@ -47,6 +47,7 @@
   X(fixes_oxts)                   \
   X(fixes_srt)                    \
   X(fixes_tum)                    \
+  X(fixes_ulog)                   \
   X(geoid)                        \
   X(geojson_crs)                  \
   X(georegistration)              \

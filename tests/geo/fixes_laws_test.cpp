@@ -32,6 +32,20 @@ std::vector<std::pair<std::string, std::string>> oxts_files(bool more) {
           {"oxts/data/0000000000.txt", packet + (more ? " 5" : "")}};
 }
 
+/// A log of PX4 with one place, and with a message of a type that is none.
+std::vector<std::pair<std::string, std::string>> ulog_files(bool more) {
+  const auto message = [](char type, const std::string& payload) {
+    return std::string{static_cast<char>(payload.size()), '\0', type} + payload;
+  };
+  std::string log = std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0');
+  log +=
+      message('F', "vehicle_global_position:uint64_t timestamp;double lat;double lon;float alt;");
+  log += message('A', std::string(3, '\0') + "vehicle_global_position");
+  log += message('D', std::string(2 + 8 + 8 + 8 + 4, '\0'));
+  if (more) log += message('w', "ake");
+  return {{"recording", log}};
+}
+
 std::vector<Sample> samples() {
   const auto one_file = [](const char* text, const char* more_text) {
     return [=](bool more) {
@@ -72,7 +86,8 @@ std::vector<Sample> samples() {
            "1\n00:00:01,000 --> 00:00:02,000\n[latitude: 1] [longitude: 2] [abs_alt: 3]\n",
            "1\n00:00:01,000 --> 00:00:02,000\n[latitude: 1] [longitude: 2] [abs_alt: 3 wake: 5]\n"),
        "wake"},
-      {"tum", "", "", one_file("1 2 3 4 0 0 0 1\n", "1 2 3 4 0 0 0 1 5\n"), "field 9"}};
+      {"tum", "", "", one_file("1 2 3 4 0 0 0 1\n", "1 2 3 4 0 0 0 1 5\n"), "field 9"},
+      {"ulog", "", "egm96", ulog_files, "message w"}};
 }
 
 class FixLaws : public test::Recordings {
