@@ -70,6 +70,7 @@ void read_with_keys(std::string_view name, std::string_view file, Bytes input) {
 
 void fuzz_fixes_adsb(Bytes input) { read_fixes("adsb", put("flight.csv", input)); }
 void fuzz_fixes_gpx(Bytes input) { read_fixes("gpx", put("flight.gpx", input)); }
+void fuzz_fixes_sbet(Bytes input) { read_fixes("sbet", put("flight.out", input)); }
 void fuzz_fixes_tum(Bytes input) { read_fixes("tum", put("flight.txt", input)); }
 
 /// A part of the name "keys" is the format's options.

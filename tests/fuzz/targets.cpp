@@ -45,6 +45,7 @@
   X(fixes_csv)                    \
   X(fixes_gpx)                    \
   X(fixes_oxts)                   \
+  X(fixes_sbet)                   \
   X(fixes_srt)                    \
   X(fixes_tum)                    \
   X(fixes_ulog)                   \
