@@ -32,6 +32,8 @@ class CsvTable {
       : CsvTable(file, CsvStyle{.separator = separator}) {}
 
   std::size_t num_rows() const { return rows_.size(); }
+  /// Lines that begin with #, but for the one that holds the names.
+  std::size_t num_comments() const { return num_comments_; }
   /// By its name, or else by the one name that only upper case or a # in front tells from it.
   /// throws   Input: several columns have that name
   std::optional<std::size_t> find_column(std::string_view name) const;

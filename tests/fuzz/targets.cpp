@@ -44,6 +44,7 @@
   X(fixes_adsb)                   \
   X(fixes_csv)                    \
   X(fixes_gpx)                    \
+  X(fixes_jsbsim)                 \
   X(fixes_oxts)                   \
   X(fixes_sbet)                   \
   X(fixes_srt)                    \

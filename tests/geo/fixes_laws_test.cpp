@@ -86,6 +86,13 @@ std::vector<Sample> samples() {
        one_file("<gpx><trk><trkseg><trkpt lat=\"1\" lon=\"2\"/></trkseg></trk></gpx>",
                 "<gpx><wake/><trk><trkseg><trkpt lat=\"1\" lon=\"2\"/></trkseg></trk></gpx>"),
        "wake"},
+      {"jsbsim", "", "ellipsoid",
+       one_file("Time,/fdm/jsbsim/position/lat-geod-deg,position/long-gc-deg,position/geod-alt-ft,"
+                "attitude/phi-rad,attitude/theta-rad,attitude/psi-rad,fcs/a\n0,1,2,3,0,0,0,0\n",
+                "Time,/fdm/jsbsim/position/lat-geod-deg,position/long-gc-deg,position/geod-alt-ft,"
+                "attitude/phi-rad,attitude/theta-rad,attitude/psi-rad,fcs/a,wake\n"
+                "0,1,2,3,0,0,0,0,5\n"),
+       "wake"},
       {"oxts", "", "ellipsoid", oxts_files, "field 31"},
       {"sbet", "", "ellipsoid", sbet_files, ""},
       {"srt", "", "ellipsoid",
