@@ -48,7 +48,7 @@ inline constexpr std::string_view kNoHeightsWayOut =
 /// Why heights are ignored, for ledgers.
 inline constexpr std::string_view kNoHeightsWanted = "above = \"none\" asks for no heights";
 
-/// The table of formats: adsb, csv, gpx, jsbsim, oxts, sbet, srt, tum, ulog.
+/// The table of formats: adsb, csv, euroc, gpx, jsbsim, oxts, sbet, srt, tum, ulog.
 std::span<const FixFormatInfo> fix_formats();
 
 }  // namespace terracast::geo

@@ -5,7 +5,7 @@
 // Every format of recordings, in alphabetical order: X(name) is geo/fixes/name.cpp, which defines
 // `FixFormatInfo name_fixes()`.
 #define TERRACAST_FIX_FORMATS(X) \
-  X(adsb) X(csv) X(gpx) X(jsbsim) X(oxts) X(sbet) X(srt) X(tum) X(ulog)
+  X(adsb) X(csv) X(euroc) X(gpx) X(jsbsim) X(oxts) X(sbet) X(srt) X(tum) X(ulog)
 
 namespace terracast::geo {
 

@@ -75,6 +75,7 @@ void fuzz_fixes_tum(Bytes input) { read_fixes("tum", put("flight.txt", input)); 
 
 /// A part of the name "keys" is the format's options.
 void fuzz_fixes_csv(Bytes input) { read_with_keys("csv", "flight.csv", input); }
+void fuzz_fixes_euroc(Bytes input) { read_with_keys("euroc", "data.csv", input); }
 void fuzz_fixes_jsbsim(Bytes input) { read_with_keys("jsbsim", "flight.csv", input); }
 void fuzz_fixes_srt(Bytes input) { read_with_keys("srt", "flight.srt", input); }
 

@@ -43,6 +43,7 @@
   X(features_shape)               \
   X(fixes_adsb)                   \
   X(fixes_csv)                    \
+  X(fixes_euroc)                  \
   X(fixes_gpx)                    \
   X(fixes_jsbsim)                 \
   X(fixes_oxts)                   \

@@ -86,6 +86,12 @@ std::vector<Sample> samples() {
        one_file("<gpx><trk><trkseg><trkpt lat=\"1\" lon=\"2\"/></trkseg></trk></gpx>",
                 "<gpx><wake/><trk><trkseg><trkpt lat=\"1\" lon=\"2\"/></trkseg></trk></gpx>"),
        "wake"},
+      {"euroc", "", "",
+       one_file("#timestamp,p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y "
+                "[],q_RS_z []\n1,2,3,4,1,0,0,0\n",
+                "#timestamp,p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y "
+                "[],q_RS_z [],wake [m]\n1,2,3,4,1,0,0,0,5\n"),
+       "wake"},
       {"jsbsim", "", "ellipsoid",
        one_file("Time,/fdm/jsbsim/position/lat-geod-deg,position/long-gc-deg,position/geod-alt-ft,"
                 "attitude/phi-rad,attitude/theta-rad,attitude/psi-rad,fcs/a\n0,1,2,3,0,0,0,0\n",
