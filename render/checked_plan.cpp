@@ -13,6 +13,7 @@
 #include "sensors/camera/ground_truth.h"
 #include "sensors/camera/imaging/exposure_control.h"
 #include "sensors/camera/imaging/imager.h"
+#include "sensors/motion_check.h"
 #include "sensors/moving_record.h"
 
 namespace terracast::render {
@@ -176,9 +177,15 @@ void check_sensors(const SequencePlan& plan) {
   const double from_unix_s = geo::unix_seconds_from_utc(plan.utc_start);
   const double duration_s = static_cast<double>(plan.states.size()) / plan.rate_hz;
   for (const sensors::MountedSensor& sensor : plan.sensors)
-    core::with_context([&] { sensor.sensor->check_times(from_unix_s, from_unix_s + duration_s); },
-                       fmt::format("checking the sensor {}/{} of sequence {}", sensor.info.rig,
-                                   sensor.info.name, plan.name));
+    core::with_context(
+        [&] {
+          sensor.sensor->check_times(from_unix_s, from_unix_s + duration_s);
+          const auto* check = dynamic_cast<const sensors::MotionCheck*>(&*sensor.sensor);
+          if (check != nullptr && plan.motion.trajectory)
+            check->check_motion(*plan.motion.trajectory);
+        },
+        fmt::format("checking the sensor {}/{} of sequence {}", sensor.info.rig, sensor.info.name,
+                    plan.name));
 }
 
 void check_rides(const SequencePlan& plan, const world::TileStore& store,

@@ -12,7 +12,9 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "geo/gravity.h"
+#include "geo/paths/recorded_motion.h"
 #include "sensors/instrument_errors.h"
+#include "sensors/motion_check.h"
 #include "sensors/sensor.h"
 
 /// Gyroscopes and accelerometers on a turning Earth: what they would show without errors, as exact derivatives of the
@@ -126,7 +128,7 @@ void check_size(const std::string& key, double value, double most,
              most, others);
 }
 
-class Imu : public Sensor {
+class Imu : public Sensor, public MotionCheck {
  public:
   void describe(core::SchemaVisitor& visit) override {
     visit.key(
@@ -139,6 +141,22 @@ class Imu : public Sensor {
                   "Errors of the gyroscopes; without keys they show the truth.");
     visit.section("accelerometer", accelerometer_,
                   "Errors of the accelerometers; without keys they show the truth.");
+    visit.key("least_fixes_hz", least_fixes_hz_,
+              "On a recorded motion: as many fixes a second have to be there (their median). "
+              "Between sparser ones accelerations are those of a smooth curve, not the body's. 0: "
+              "any.",
+              core::between(0.0, 1e6));
+    visit.key("least_attitudes_hz", least_attitudes_hz_,
+              "The same of recorded attitudes, whose changes are turn rates.",
+              core::between(0.0, 1e6));
+  }
+  void check_motion(const geo::Trajectory& motion) const override {
+    const auto* recorded = dynamic_cast<const geo::RecordedMotion*>(&motion);
+    if (recorded == nullptr) return;
+    const geo::RecordedRates rates = recorded->recorded_rates();
+    refuse_if_coarse(rates.fixes_hz, "fixes", "accelerations", least_fixes_hz_);
+    if (rates.attitudes_hz)
+      refuse_if_coarse(*rates.attitudes_hz, "attitudes", "turn rates", least_attitudes_hz_);
   }
   /// The largest errors are well beyond those of the worst gyroscopes and accelerometers that are sold.
   void validate() const override {
@@ -218,9 +236,25 @@ class Imu : public Sensor {
  private:
   static constexpr std::size_t kNumChannels = 28;
 
+  /// throws   Config: the recording has fewer of them a second than that
+  static void refuse_if_coarse(double recorded_hz, const char* what, const char* unknown,
+                               double least_hz) {
+    constexpr double kTolerance = 1e-6;  // of times that are rounded
+    if (recorded_hz >= least_hz * (1.0 - kTolerance)) return;
+    core::fail(
+        core::ErrorKind::Config,
+        "the recording that it flies on has {:.4g} {} a second (median); between so few the {} "
+        "are those of a smooth curve, not the body's, and at least {:.4g} a second are asked for: "
+        "take a denser recording, or accept it by least_{}_hz = {:.4g} or less (0: any)",
+        recorded_hz, what, unknown, least_hz, what, recorded_hz);
+  }
+
   std::string sampling_ = "instant";
   InstrumentOptions gyroscope_{"radps"};
   InstrumentOptions accelerometer_{"mps2"};
+  // Vehicles accelerate at up to some 2 Hz, and turn at up to some 10 Hz: twice as many samples, and a half more.
+  double least_fixes_hz_ = 5.0;
+  double least_attitudes_hz_ = 20.0;
 };
 
 }  // namespace

@@ -12,6 +12,8 @@
 #include <numbers>
 
 #include "geo/gravity.h"
+#include "geo/paths/recorded_motion.h"
+#include "sensors/motion_check.h"
 #include "tests/support/allan.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/sensor_flight.h"
@@ -398,6 +400,53 @@ TEST_F(Imu, ScalesBiasesStepsAndRangesAreWhatTheySay) {
     EXPECT_LT((r.accel - shown_from_true * r.true_accel).norm(), 1e-11);
   EXPECT_LT((shown_from_true - Matrix3d::Identity()).cwiseAbs().maxCoeff(), 0.01);
   EXPECT_GT((shown_from_true - Matrix3d::Identity()).norm(), 1e-4);
+}
+
+/// A recorded motion of 60 s, straight on, with a place and an attitude at each step.
+std::unique_ptr<geo::RecordedMotion> recorded_motion(const geo::WorldFrame& frame, double fix_s,
+                                                     std::optional<double> attitude_s) {
+  constexpr double kDuration_s = 60.0;
+  const auto times_of = [](double step_s) {
+    std::vector<double> times;
+    for (int i = 0; i * step_s <= kDuration_s + 1e-9; ++i) times.push_back(i * step_s);
+    return times;
+  };
+  const std::vector<double> times = times_of(fix_s);
+  std::vector<Vector3d> places;
+  for (const double time_s : times) places.emplace_back(10.0 * time_s, 0.0, 100.0);
+  geo::InterpolatingSpline position(times, places, false);
+  const geo::RecordedMotion::Window window{0.0, kDuration_s};
+  if (!attitude_s)
+    return std::make_unique<geo::RecordedMotion>(frame, position, window, std::nullopt,
+                                                 geo::Attitude{});
+  const std::vector<double> attitude_times = times_of(*attitude_s);
+  return std::make_unique<geo::RecordedMotion>(
+      frame, position, window, std::nullopt,
+      geo::RotationSpline(attitude_times,
+                          std::vector<Eigen::Vector4d>(attitude_times.size(), {1, 0, 0, 0})));
+}
+
+TEST_F(Imu, RecordingsTooCoarseForItAreRefused) {
+  const auto check = [&](const std::string& keys, double fix_s, std::optional<double> attitude_s) {
+    const auto motion = recorded_motion(frame(), fix_s, attitude_s);
+    const core::Choice<sensors::SensorInfo> sensor = sensor_of("imu", keys);
+    dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(*motion);
+  };
+  expect_error(core::ErrorKind::Config,
+               {"1 fixes a second", "accelerations", "5 a second", "least_fixes_hz = 1 or less"},
+               [&] { check("", 1.0, std::nullopt); });
+  expect_error(
+      core::ErrorKind::Config,
+      {"10 attitudes a second", "turn rates", "20 a second", "least_attitudes_hz = 10 or less"},
+      [&] { check("", 0.1, 0.1); });
+  EXPECT_NO_THROW(check("", 0.2, std::nullopt));
+  EXPECT_NO_THROW(check("", 0.2, 0.05));
+  EXPECT_NO_THROW(check("least_fixes_hz = 1.0", 1.0, std::nullopt));
+  EXPECT_NO_THROW(check("least_attitudes_hz = 0.0", 0.1, 5.0));
+  // What no recording was made of can be asked at any time.
+  const core::Choice<sensors::SensorInfo> sensor = sensor_of("imu", "least_fixes_hz = 1e6");
+  EXPECT_NO_THROW(
+      dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(*figure_of_eight()));
 }
 
 TEST_F(Imu, RefusesNegativeDensities) {
