@@ -150,6 +150,8 @@ MotionState Steering::state_at(double time_s, const PointMotion& motion) const {
   Changing nose = direction_of_travel(time_s, motion, up);
   if (attitude_.nose == Attitude::Nose::TowardsPoint)
     nose = {attitude_.target_world - motion.position, -motion.velocity, -motion.acceleration};
+  if (attitude_.nose == Attitude::Nose::AlongDirection)
+    nose = {attitude_.direction_world, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   if (attitude_.nose != Attitude::Nose::AlongPath) nose = without(nose, up);
   const Changing forward = normalised(nose);
   const Changing left = normalised(crossed(up, forward));

@@ -17,12 +17,14 @@ inline constexpr double kGravity_mps2 = 9.80665;
 /// Where the body's axes point.
 struct Attitude {
   enum class Nose {
-    AlongPath,    ///< x along the velocity
-    Level,        ///< x along the velocity's horizontal part
-    TowardsPoint  ///< x along the horizontal direction to `target_world`
+    AlongPath,      ///< x along the velocity
+    Level,          ///< x along the velocity's horizontal part
+    TowardsPoint,   ///< x along the horizontal direction to `target_world`
+    AlongDirection  ///< x along the horizontal part of `direction_world`
   };
   Nose nose = Nose::AlongPath;
   Eigen::Vector3d target_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction_world = Eigen::Vector3d::UnitX();
   /// Roll so that lateral acceleration and gravity add up along the body's z: tan(roll) = a_lateral
   /// / g, which on a level circle is v^2 / (r g). Limited, and averaged over a time. None: no roll.
   struct Bank {

@@ -229,10 +229,11 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
     return SpeedProfile(speeds, plan.attitude.continuity).time_at(at.length_m);
   };
   const Sample& low = lowest(samples);
-  if (low.agl_m < options.min_agl_m)
-    refuse_too_low(
-        {low.agl_m, time_of(low), low.place}, options.min_agl_m,
-        plan.how_to_raise(low.u) + (options.terrain_following ? "" : ", or set terrain_following"));
+  if (low.agl_m < options.min_agl_m) {
+    const bool can_follow = !options.terrain_following && !plan.how_to_follow.empty();
+    refuse_too_low({low.agl_m, time_of(low), low.place}, options.min_agl_m,
+                   plan.how_to_raise(low.u) + (can_follow ? ", or " + plan.how_to_follow : ""));
+  }
   const Sample& steepest =
       *std::max_element(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
         return std::abs(a.climb_rad) < std::abs(b.climb_rad);

@@ -53,6 +53,8 @@ struct FlightPlan {
   double laps = 1.0;
   /// What the user would change to raise the path at a parameter: "raise waypoint 3".
   std::function<std::string(double u)> how_to_raise;
+  /// What makes the path follow the ground where it does not yet; empty: the kind cannot.
+  std::string how_to_follow = "set terrain_following";
 };
 
 /// The motion along a plan, after raising it over the ground where the options say so.

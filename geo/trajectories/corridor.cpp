@@ -114,6 +114,7 @@ class Corridor final : public TrajectoryKind {
                                               controls.spacing_m, attitude_.continuity_of_path());
     plan.attitude = attitude_.attitude();
     plan.how_to_raise = [](double) { return "raise height_m"; };
+    plan.how_to_follow = "set profile = \"terrain\"";
     return fly(plan, flight, context);
   }
 

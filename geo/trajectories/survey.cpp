@@ -99,6 +99,7 @@ class Survey final : public TrajectoryKind {
                                               controls.spacing_m, attitude_.continuity_of_path());
     plan.attitude = attitude_.attitude();
     plan.how_to_raise = [](double) { return "raise height_m"; };
+    plan.how_to_follow = "set profile = \"terrain\"";
     return fly(plan, flight, context);
   }
 

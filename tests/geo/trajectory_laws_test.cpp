@@ -75,6 +75,11 @@ heading_deg = 15.0
 height_m = 100.0
 overlap = 0.98
 )"},
+                                                       {"facade", R"(
+kind = "facade"
+wall = [{ lat_deg = 42.51, lon_deg = 1.52 }, { lat_deg = 42.5102, lon_deg = 1.5205 }]
+highest_m = 25.0
+)"},
                                                        {"forward", R"(
 kind = "forward"
 start = { lat_deg = 42.51, lon_deg = 1.52, height_m = 80.0 }
@@ -276,8 +281,11 @@ TEST_P(TrajectoryLaws, AllDerivativesAreExactAtAnyTime) {
   // Places are rounded to 2e-12 m, and known along the path to 1e-11 m; over steps of a millisecond.
   EXPECT_LT(most.velocity, 1e-9 * size.velocity);
   EXPECT_LT(most.acceleration, 1e-9 * size.acceleration);
-  EXPECT_LT(most.jerk, 1e-9 * size.jerk);
-  EXPECT_LT(most.angular_velocity, 1e-9 * size.angular_velocity);
+  // A facade's controls are half a metre apart: their rounding makes errors of the acceleration as elsewhere, but over a
+  // jerk that is small.
+  EXPECT_LT(most.jerk, 1e-9 * size.jerk + (std::get<0>(GetParam()) == "facade" ? 2e-8 : 0.0));
+  // A nose at a wall does not turn.
+  EXPECT_LT(most.angular_velocity, 1e-9 * size.angular_velocity + 1e-12);
   // On an orbit there is none.
   EXPECT_LT(most.angular_acceleration, 1e-9 * size.angular_acceleration + 1e-12);
 }
@@ -411,7 +419,9 @@ TEST_P(TrajectoryLaws, PositionsAreTwiceContinuouslyDifferentiable) {
 }
 
 TEST_P(TrajectoryLaws, TheBodyLooksAheadWithItsWingsLevelledByGravity) {
-  if (std::get<0>(GetParam()) == "quadrotor") GTEST_SKIP() << "it leans into its acceleration";
+  const std::string& kind = std::get<0>(GetParam());
+  if (kind == "quadrotor") GTEST_SKIP() << "it leans into its acceleration";
+  if (kind == "facade") GTEST_SKIP() << "it looks at its wall";
   for (int i = 0; i <= 100; ++i) {
     const MotionState state = motion_->at(motion_->duration_s() * i / 100);
     const Eigen::Matrix3d axes = state.world_from_body.rotation.toRotationMatrix();
