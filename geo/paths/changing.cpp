@@ -92,4 +92,22 @@ Turning turning_of(const Changing& forward, const Changing& left, const Changing
           world_from_axes.transpose() * angular_acceleration};
 }
 
+// With p the vector and q = p / |p|, the body turns at 2 q* q' (its vector part), which changes at
+// 2 q* q'': the other term, q'* q', has no vector part.
+Turning turning_of_parts(const Eigen::Vector4d& value, const Eigen::Vector4d& rate,
+                         const Eigen::Vector4d& second) {
+  const double length = value.norm();
+  const Eigen::Vector4d unit = value / length;
+  const double length_rate = unit.dot(rate);
+  const Eigen::Vector4d unit_rate = (rate - unit * length_rate) / length;
+  const double length_second = unit_rate.dot(rate) + unit.dot(second);
+  const Eigen::Vector4d unit_second =
+      (second - 2.0 * length_rate * unit_rate - length_second * unit) / length;
+  const Eigen::Quaterniond rotation(unit[0], unit[1], unit[2], unit[3]);
+  const Eigen::Quaterniond turning(unit_rate[0], unit_rate[1], unit_rate[2], unit_rate[3]);
+  const Eigen::Quaterniond changing(unit_second[0], unit_second[1], unit_second[2], unit_second[3]);
+  return {rotation, 2.0 * (rotation.conjugate() * turning).vec(),
+          2.0 * (rotation.conjugate() * changing).vec()};
+}
+
 }  // namespace terracast::geo

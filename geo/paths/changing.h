@@ -34,4 +34,8 @@ struct Turning {
 /// The turning of a body whose axes x, y and z move so: unit vectors at right angles.
 Turning turning_of(const Changing& forward, const Changing& left, const Changing& up);
 
+/// The turning of a body whose rotation has the parts w x y z of a changing vector, whatever the vector's length.
+Turning turning_of_parts(const Eigen::Vector4d& value, const Eigen::Vector4d& rate,
+                         const Eigen::Vector4d& second);
+
 }  // namespace terracast::geo

@@ -22,22 +22,11 @@ double median_rate_hz(const std::vector<double>& times_s, const RecordedMotion::
 
 }  // namespace
 
-// With p the spline and q = p / |p|, the body turns at 2 q* q' (its vector part), which changes at
-// 2 q* q'': the other term, q'* q', has no vector part.
 RotationSpline::Value RotationSpline::at(double time_s) const {
   const InterpolatingSplineIn<4>::Value value = spline_.at(time_s);
-  const double length = value.value.norm();
-  const Eigen::Vector4d unit = value.value / length;
-  const double length_rate = unit.dot(value.first);
-  const Eigen::Vector4d rate = (value.first - unit * unit.dot(value.first)) / length;
-  const double length_second = rate.dot(value.first) + unit.dot(value.second);
-  const Eigen::Vector4d second =
-      (value.second - 2.0 * length_rate * rate - length_second * unit) / length;
-  const Eigen::Quaterniond rotation(unit[0], unit[1], unit[2], unit[3]);
-  const Eigen::Quaterniond turning(rate[0], rate[1], rate[2], rate[3]);
-  const Eigen::Quaterniond changing(second[0], second[1], second[2], second[3]);
-  return {rotation, 2.0 * (rotation.conjugate() * turning).vec(),
-          2.0 * (rotation.conjugate() * changing).vec()};
+  const Turning turning = turning_of_parts(value.value, value.first, value.second);
+  return {turning.world_from_body, turning.angular_velocity_body_radps,
+          turning.angular_acceleration_body_radps2};
 }
 
 PointMotion point_motion_at(const InterpolatingSpline& position, const Flattened& flattened,

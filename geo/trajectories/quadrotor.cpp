@@ -11,8 +11,10 @@
 #include "geo/paths/attitude.h"
 #include "geo/paths/place.h"
 #include "geo/paths/segment_times.h"
+#include "geo/paths/uniform_spline.h"
 #include "geo/trajectory.h"
 #include "geo/units.h"
+#include "geo/vehicles/flown_quadrotor.h"
 
 namespace terracast::geo {
 namespace {
@@ -242,6 +244,42 @@ void check_heading(const WorldFrame& frame, const FlatFlight& flight, const Head
   }
 }
 
+/// The air along a plan, from so long before its beginning to so long after its end. The ground is that below the plan,
+/// every half second, smoothed by a cubic spline.
+FlightAir air_along(const Trajectory& plan, const WindOptions& options,
+                    const TrajectoryContext& context, double before_s, double after_s,
+                    double max_off_m) {
+  constexpr double kSpacing_s = 0.5;
+  const double whole_s = before_s + plan.duration_s() + after_s;
+  const double count = std::ceil(whole_s / kSpacing_s);
+  const double spacing_s = whole_s / count;
+  const WindField still_air(options, 0.0, 0.0);
+  std::vector<double> grounds_m;
+  double least_agl_m = std::numeric_limits<double>::infinity(), distance_m = 0.0;
+  for (double i = 0.0; i <= count; i += 1.0) {
+    const double time_s = i * spacing_s - before_s;
+    const MotionState state = plan.at(time_s);
+    const Eigen::Vector3d& position = state.world_from_body.translation;
+    const Geodetic place = context.frame.geodetic_from_world(position);
+    const double agl_m =
+        agl_on_path_m(place, context, [&] { return fmt::format("at t = {:.1f} s", time_s); });
+    grounds_m.push_back(place.height_m - agl_m);
+    least_agl_m = std::min(least_agl_m, agl_m);
+    const double wind_mps =
+        still_air
+            .mean_mps({.world_from_enu = context.frame.world_from_enu(position), .agl_m = agl_m})
+            .norm();
+    distance_m += spacing_s * (state.velocity_world_mps.norm() + wind_mps);
+  }
+  // It moves about its path as well.
+  constexpr double kMoreDistance = 1.25, kMoreDistance_m = 200.0;
+  return {
+      .wind =
+          WindField(options, kMoreDistance * distance_m + kMoreDistance_m, least_agl_m - max_off_m),
+      .ground_height_m = [ground = UniformSpline(std::move(grounds_m), whole_s, false),
+                          before_s](double time_s) { return ground.at(time_s + before_s).value; }};
+}
+
 class QuadrotorFlight final : public TrajectoryKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -275,6 +313,16 @@ class QuadrotorFlight final : public TrajectoryKind {
     visit.key("min_agl_m", min_agl_m_,
               "Least height above the measured ground or water; a lower path is refused.",
               core::between(0.0, 100000.0));
+    visit.key("mode", mode_,
+              "flat: the path is flown exactly, in still air; flown: by a controller, with the "
+              "vehicle's dynamics and in the wind.",
+              core::one_of({"flat", "flown"}));
+    visit.key("max_off_m", max_off_m_,
+              "Distance from the planned place, at the same time, beyond which a flown flight is "
+              "refused.",
+              core::between(0.001, 1000.0));
+    visit.section("control", control_, "How quickly the controller of a flown flight acts.");
+    visit.section("wind", wind_, "Wind that a flown flight meets.");
   }
 
   void validate() const override {
@@ -296,6 +344,13 @@ class QuadrotorFlight final : public TrajectoryKind {
       fail(ErrorKind::Config, "heading_deg = {} counts with heading = \"fixed\" alone, not \"{}\"",
            heading_deg_, heading_);
     vehicle_.validate();
+    wind_.validate();
+    if (mode_ == "flown") return vehicle_.validate_dynamics();
+    if (!wind_.is_calm() || control_.position_radps != 0.0 || control_.attitude_radps != 0.0)
+      fail(ErrorKind::Config,
+           "[{}] counts with mode = \"flown\" alone, and the mode is \"{}\": a path that is flown "
+           "exactly knows neither",
+           wind_.is_calm() ? "control" : "wind", mode_);
   }
 
   std::unique_ptr<TrajectoryKind> clone() const override {
@@ -321,7 +376,8 @@ class QuadrotorFlight final : public TrajectoryKind {
     check_thrust(context.frame, flight->curve(), vehicle_);
     check_heading(context.frame, *flight, heading);
     check_ground(flight->curve(), context);
-    return flight;
+    if (mode_ == "flat") return flight;
+    return build_flown(*flight, context);
   }
 
  private:
@@ -341,6 +397,49 @@ class QuadrotorFlight final : public TrajectoryKind {
              i == waypoints_.size() ? "; a closed path returns to the first by itself" : "");
     }
     return points;
+  }
+
+  std::unique_ptr<Trajectory> build_flown(const FlatFlight& plan,
+                                          const TrajectoryContext& context) const {
+    constexpr double kMostHours = 4.0;
+    if (plan.duration_s() > 3600.0 * kMostHours)
+      fail(ErrorKind::Config,
+           "the flight takes {:.1f} hours, and at most {} are flown in one go; fly fewer laps",
+           plan.duration_s() / 3600.0, kMostHours);
+    std::optional<FlightAir> air;
+    if (!wind_.is_calm())
+      air = air_along(plan, wind_, context, settling_s(control_.resolved(vehicle_)), kFlownBeyond_s,
+                      max_off_m_);
+    FlightReport report;
+    auto flown =
+        fly(context.frame, plan, vehicle_, control_, air ? &*air : nullptr, max_off_m_, report);
+    if (context.log) {
+      context.log->info("the quadrotor keeps within {:.2f} m of its path, farthest at t = {:.1f} s",
+                        report.most_off_m, report.most_off_s);
+      if (report.saturated_s > 0.0)
+        context.log->warn("its rotors are at their limits for {:.2f} s, first at t = {:.1f} s",
+                          report.saturated_s, report.first_saturated_s);
+    }
+    check_flown_height(*flown, context);
+    return flown;
+  }
+
+  void check_flown_height(const FlownMotion& flown, const TrajectoryContext& context) const {
+    constexpr double kSpacing_m = 5.0, kFaster = 2.0;
+    LowestPlace lowest{
+        .agl_m = std::numeric_limits<double>::infinity(), .time_s = 0.0, .place = {}};
+    const double count =
+        std::ceil(flown.duration_s() * kFaster * max_speed_mps_ / kSpacing_m) + 1.0;
+    for (double k = 0.0; k <= count; k += 1.0) {
+      const double time_s = flown.duration_s() * k / count;
+      const Geodetic place =
+          context.frame.geodetic_from_world(flown.at(time_s).world_from_body.translation);
+      const double agl_m =
+          agl_on_path_m(place, context, [&] { return fmt::format("at t = {:.1f} s", time_s); });
+      if (agl_m < lowest.agl_m) lowest = {agl_m, time_s, place};
+    }
+    if (!context.is_on_surface)
+      refuse_too_low(lowest, min_agl_m_, "raise the waypoints by as much as it is blown down");
   }
 
   void check_ground(const LeastSnapCurve& curve, const TrajectoryContext& context) const {
@@ -378,6 +477,10 @@ class QuadrotorFlight final : public TrajectoryKind {
   std::vector<Place> look_at_;
   Quadrotor vehicle_;
   double min_agl_m_ = 5.0;
+  std::string mode_ = "flat";
+  double max_off_m_ = 2.0;
+  FlightControl control_;
+  WindOptions wind_;
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "geo/vehicles/quadrotor.h"
 
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -31,6 +33,13 @@ Changing gravity_along(const WorldFrame& frame, const LeastSnapCurve::Value& mot
 
 }  // namespace
 
+void Rotor::describe(core::SchemaVisitor& visit) {
+  visit.key("x_m", x_m, "Place forward of the centre of mass.", core::between(-100.0, 100.0));
+  visit.key("y_m", y_m, "Place left of the centre of mass.", core::between(-100.0, 100.0));
+  visit.key("spin", spin, "Sense in which it turns, seen from above: left is anticlockwise.",
+            core::one_of({"left", "right"}));
+}
+
 void Quadrotor::describe(core::SchemaVisitor& visit) {
   visit.key("mass_kg", mass_kg, "Mass of the body with its rotors.", core::between(0.001, 1000.0));
   visit.key("num_rotors", num_rotors, "Rotors, all of which push along the body's z axis.",
@@ -44,6 +53,23 @@ void Quadrotor::describe(core::SchemaVisitor& visit) {
             core::between(0.0, 1.0));
   visit.key("max_rotor_radps", max_rotor_radps, "Fastest turn rate of a rotor; 0: no limit.",
             core::between(0.0, 100000.0));
+  visit.key("inertia_kg_m2", inertia_kg_m2,
+            "Moments of inertia about the body's x, y and z. Counts, as all that follows, in flown "
+            "flights alone.",
+            {.lowest = 1e-9, .highest = 1e6, .max_size = 3});
+  visit.key("moment_nm_s2_per_rad2", moment_nm_s2_per_rad2,
+            "Moment of a rotor about its axis by its squared turn rate, N m/(rad/s)^2.",
+            core::between(0.0, 1.0));
+  visit.list("rotors", rotors, "Places of the rotors, in the plane of the centre of mass.");
+  visit.key("rotor_lag_up_s", rotor_lag_up_s,
+            "Time in which a rotor that gets faster comes within 1/e of what it is told; 0: none.",
+            core::between(0.0, 1.0));
+  visit.key("rotor_lag_down_s", rotor_lag_down_s, "The same of a rotor that gets slower.",
+            core::between(0.0, 1.0));
+  visit.key("body_drag_n_s2_per_m2", body_drag_n_s2_per_m2,
+            "Drag along the body's x, y and z by the speed along it times the whole speed; none "
+            "given: 0.",
+            {.lowest = 0.0, .highest = 1000.0, .max_size = 3});
 }
 
 void Quadrotor::validate() const {
@@ -59,6 +85,54 @@ void Quadrotor::validate() const {
                num_rotors, thrust_n_s2_per_rad2, max_rotor_radps,
                max_thrust_mps2() * mass_kg / kGravity_mps2, mass_kg);
   }
+}
+
+void Quadrotor::validate_dynamics() const {
+  using core::ErrorKind;
+  using core::fail;
+  const auto need = [](bool is_there, const char* what) {
+    if (!is_there)
+      fail(ErrorKind::Config,
+           "mode = \"flown\" needs {} of the vehicle; the sets of configs/vehicles have it", what);
+  };
+  need(thrust_n_s2_per_rad2 > 0.0, "thrust_n_s2_per_rad2");
+  need(moment_nm_s2_per_rad2 > 0.0, "moment_nm_s2_per_rad2");
+  need(inertia_kg_m2.size() == 3, "inertia_kg_m2 = [x, y, z]");
+  need(body_drag_n_s2_per_m2.empty() || body_drag_n_s2_per_m2.size() == 3,
+       "body_drag_n_s2_per_m2 = [x, y, z], or none,");
+  need(!rotors.empty(), "the places of its rotors, [[vehicle.rotors]],");
+  constexpr std::int64_t kMostRotors = 16;
+  if (num_rotors != static_cast<std::int64_t>(rotors.size()) || num_rotors > kMostRotors)
+    fail(ErrorKind::Config,
+         "{} rotors have places, and num_rotors = {}; both must agree, and be {} at most",
+         rotors.size(), num_rotors, kMostRotors);
+  // No body has a moment larger than the sum of the two others; sets in use pass that by a fifth.
+  constexpr double kMostOfOthers = 2.0;
+  const double most_kg_m2 = *std::max_element(inertia_kg_m2.begin(), inertia_kg_m2.end());
+  const double sum_kg_m2 = inertia_kg_m2[0] + inertia_kg_m2[1] + inertia_kg_m2[2];
+  if (most_kg_m2 > kMostOfOthers * (sum_kg_m2 - most_kg_m2))
+    fail(ErrorKind::Config,
+         "inertia_kg_m2 = [{}, {}, {}]: no body has a moment of inertia larger than the sum of "
+         "the two others; check the units (kg m^2)",
+         inertia_kg_m2[0], inertia_kg_m2[1], inertia_kg_m2[2]);
+  const Eigen::MatrixXd wrench = wrench_from_thrusts();
+  constexpr double kLeastOfLargest = 1e-6;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rank(wrench);
+  rank.setThreshold(kLeastOfLargest);
+  if (rank.rank() < 4)
+    fail(ErrorKind::Config,
+         "the rotors cannot push and turn about x, y and z as they stand: four or more must not "
+         "lie on one line, and some must spin left and some right");
+}
+
+Eigen::MatrixXd Quadrotor::wrench_from_thrusts() const {
+  Eigen::MatrixXd wrench(4, static_cast<Eigen::Index>(rotors.size()));
+  const double arm_m = moment_nm_s2_per_rad2 / thrust_n_s2_per_rad2;
+  for (Eigen::Index i = 0; i < wrench.cols(); ++i) {
+    const Rotor& rotor = rotors[static_cast<std::size_t>(i)];
+    wrench.col(i) << 1.0, rotor.y_m, -rotor.x_m, -rotor.left() * arm_m;
+  }
+  return wrench;
 }
 
 double Quadrotor::drag_per_s() const {
