@@ -346,11 +346,16 @@ class QuadrotorFlight final : public TrajectoryKind {
     vehicle_.validate();
     wind_.validate();
     if (mode_ == "flown") return vehicle_.validate_dynamics();
-    if (!wind_.is_calm() || control_.position_radps != 0.0 || control_.attitude_radps != 0.0)
+    const bool has_control = control_.position_radps != 0.0 || control_.attitude_radps != 0.0;
+    const char* unused = !wind_.is_calm()          ? "[wind]"
+                         : has_control             ? "[control]"
+                         : max_off_m_ != kMaxOff_m ? "max_off_m"
+                                                   : nullptr;
+    if (unused)
       fail(ErrorKind::Config,
-           "[{}] counts with mode = \"flown\" alone, and the mode is \"{}\": a path that is flown "
-           "exactly knows neither",
-           wind_.is_calm() ? "control" : "wind", mode_);
+           "{} counts with mode = \"flown\" alone, and the mode is \"{}\": the path is flown "
+           "exactly",
+           unused, mode_);
   }
 
   std::unique_ptr<TrajectoryKind> clone() const override {
@@ -401,11 +406,13 @@ class QuadrotorFlight final : public TrajectoryKind {
 
   std::unique_ptr<Trajectory> build_flown(const FlatFlight& plan,
                                           const TrajectoryContext& context) const {
-    constexpr double kMostHours = 4.0;
-    if (plan.duration_s() > 3600.0 * kMostHours)
-      fail(ErrorKind::Config,
-           "the flight takes {:.1f} hours, and at most {} are flown in one go; fly fewer laps",
-           plan.duration_s() / 3600.0, kMostHours);
+    constexpr double kMost_s = 3600.0;
+    if (plan.duration_s() > kMost_s)
+      fail(
+          ErrorKind::Config,
+          "the flight takes {:.0f} s, and at most {:.0f} s are flown in one go; fly fewer laps, or "
+          "a shorter or a faster way",
+          plan.duration_s(), kMost_s);
     std::optional<FlightAir> air;
     if (!wind_.is_calm())
       air = air_along(plan, wind_, context, settling_s(control_.resolved(vehicle_)), kFlownBeyond_s,
@@ -417,8 +424,9 @@ class QuadrotorFlight final : public TrajectoryKind {
       context.log->info("the quadrotor keeps within {:.2f} m of its path, farthest at t = {:.1f} s",
                         report.most_off_m, report.most_off_s);
       if (report.saturated_s > 0.0)
-        context.log->warn("its rotors are at their limits for {:.2f} s, first at t = {:.1f} s",
-                          report.saturated_s, report.first_saturated_s);
+        context.log->warn(
+            "the quadrotor's rotors are at their limits for {:.2f} s, first at t = {:.1f} s",
+            report.saturated_s, report.first_saturated_s);
     }
     check_flown_height(*flown, context);
     return flown;
@@ -478,7 +486,8 @@ class QuadrotorFlight final : public TrajectoryKind {
   Quadrotor vehicle_;
   double min_agl_m_ = 5.0;
   std::string mode_ = "flat";
-  double max_off_m_ = 2.0;
+  static constexpr double kMaxOff_m = 2.0;
+  double max_off_m_ = kMaxOff_m;
   FlightControl control_;
   WindOptions wind_;
 };
