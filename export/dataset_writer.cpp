@@ -156,6 +156,20 @@ void DatasetWriter::write(const std::string& path, std::string_view text) {
   write(path, std::as_bytes(std::span(text)));
 }
 
+void DatasetWriter::write_by(const std::string& path,
+                             const std::function<void(const fs::path& temporary)>& make) {
+  if (fs::is_symlink(folder_ / path)) remove_file(folder_ / path);  // what it names is not ours
+  DatasetFile file;
+  core::write_file_by(folder_ / path, [&](const fs::path& temporary) {
+    make(temporary);
+    file = {.num_bytes = fs::file_size(temporary),
+            .content_hash = core::content_hash_of_file(temporary)};
+    journal_->add(path, file);
+  });
+  const std::lock_guard lock(mutex_);
+  files_[path] = file;
+}
+
 void DatasetWriter::remove_folder(const std::string& path) {
   const std::lock_guard lock(mutex_);
   for (auto* files : {&recorded_, &files_})

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -29,7 +30,7 @@ std::string source_hash(std::string_view format, const Exporter& exporter,
 /// from which sources it is being made and which files it wrote: a run that was killed is taken up,
 /// one from other sources is cleared away first. A file is kept only while its hash is the recorded
 /// one.
-/// threads   write, keep and write_kept are safe
+/// threads   write, write_by, keep and write_kept are safe
 class DatasetWriter {
  public:
   /// cost     of a finished dataset every file is read once
@@ -52,6 +53,11 @@ class DatasetWriter {
   void write_kept(const std::string& path, Make&& make) {
     if (!keep(path)) write(path, make());
   }
+  /// Writes a file that need not fit in memory.
+  /// make     writes it whole to the path that it is given, which lies beside the file's own
+  /// throws   Io; what `make` throws: then no file is left
+  void write_by(const std::string& path,
+                const std::function<void(const std::filesystem::path& temporary)>& make);
   /// Takes files back: a modality turned out to be one that the format cannot hold.
   void remove_folder(const std::string& path);
 

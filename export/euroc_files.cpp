@@ -10,15 +10,13 @@
 #include <string_view>
 
 #include "capture/kalibr_text.h"
-#include "core/error.h"
+#include "export/stream_columns.h"
 #include "export/utc_stamps.h"
 
 namespace terracast::exporters {
 
 namespace {
 
-using core::ErrorKind;
-using core::fail;
 using Eigen::Vector3d;
 
 std::int64_t nanoseconds(double time_s) { return std::llround(time_s * 1e9); }
@@ -54,36 +52,9 @@ std::string densities_yaml(const ImuBelief& belief, std::string_view indentation
       belief.accel_noise_mps2_per_sqrt_hz, belief.accel_walk_mps3_per_sqrt_hz);
 }
 
-/// Finds channels by their names.
-class Channels {
- public:
-  explicit Channels(const capture::StreamInfo& info) : info_(info) {}
-
-  std::size_t at(const std::string& name) const {
-    const auto found =
-        std::find_if(info_.channels.begin(), info_.channels.end(),
-                     [&](const capture::StreamChannel& each) { return each.name == name; });
-    if (found == info_.channels.end())
-      fail(ErrorKind::Input,
-           "IMU {}/{} has no channel {}: an earlier version captured it; capture it again",
-           info_.rig, info_.name, name);
-    return static_cast<std::size_t>(found - info_.channels.begin());
-  }
-  /// Of START + axis + END.
-  std::vector<std::size_t> of_axes(const std::string& start, std::string_view axes,
-                                   const std::string& end) const {
-    std::vector<std::size_t> columns;
-    for (const char axis : axes) columns.push_back(at(start + axis + end));
-    return columns;
-  }
-
- private:
-  const capture::StreamInfo& info_;
-};
-
 std::vector<ImuSample> samples_of(const capture::StreamInfo& info,
                                   const capture::Samples& samples) {
-  const Channels channels(info);
+  const StreamColumns channels(info);
   const auto gyro = channels.of_axes("gyro_", "xyz", "_radps");
   const auto accel = channels.of_axes("accel_", "xyz", "_mps2");
   const auto place = channels.of_axes("ecef_", "xyz", "_m");

@@ -7,10 +7,10 @@
 
 // Every exporter, in alphabetical order: X(name) is export/name.cpp, which defines `ExporterInfo
 // name_exporter()`.
-#define TERRACAST_EXPORTERS(X)                                                          \
-  X(coco)                                                                               \
-  X(colmap) X(euroc) X(kitti) X(kitti_object) X(kitti_raw) X(tartanair) X(tartanair_v1) \
-      X(terracast)
+#define TERRACAST_EXPORTERS(X) \
+  X(coco)                      \
+  X(colmap)                    \
+  X(euroc) X(kitti) X(kitti_object) X(kitti_raw) X(mcap) X(tartanair) X(tartanair_v1) X(terracast)
 
 namespace terracast::exporters {
 

@@ -47,6 +47,12 @@ const std::vector<FormatReading>& readings() {
        "WGS84; "
        "`numpy.load` reads `depth_02/data/*.npy` (planar, m, sky 0).",
        {"stereo", "visual-inertial-odometry"}},
+      {"mcap",
+       "MCAP (ROS 2)",
+       "Each `<sequence>` is a bag of ROS 2 (`ros2 bag play`, or `<sequence>.mcap` in Foxglove and "
+       "other readers of MCAP): images, camera_info, depth (planar, m, sky +inf), every sensor's "
+       "samples, `/tf` and `/truth/odometry`, by their time in ns, UTC.",
+       {"visual-inertial-odometry", "visual-odometry", "depth-estimation"}},
       {"tartanair",
        "TartanAir V2",
        "The package `tartanair` takes the folder as its root; "

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "export/clouds/las.h"
+#include "export/stream_columns.h"
 #include "geo/geoid.h"
 #include "geo/gps_time.h"
 #include "geo/sun.h"
@@ -15,28 +15,6 @@
 
 namespace terracast::exporters {
 namespace {
-
-/// Columns of a stream by their names.
-class Columns {
- public:
-  Columns(const capture::StreamInfo& stream, const capture::Samples& scans)
-      : stream_(stream), scans_(scans) {}
-  std::size_t index(std::string_view name) const {
-    for (std::size_t k = 0; k < stream_.channels.size(); ++k)
-      if (stream_.channels[k].name == name) return k;
-    core::fail(core::ErrorKind::Input, "{}/{} has no column {}", stream_.rig, stream_.name, name);
-  }
-  double at(std::size_t row, std::size_t column) const {
-    return scans_.values[row * stream_.channels.size() + column];
-  }
-  Eigen::Vector3d point(std::size_t row, std::size_t first) const {
-    return {at(row, first), at(row, first + 1), at(row, first + 2)};
-  }
-
- private:
-  const capture::StreamInfo& stream_;
-  const capture::Samples& scans_;
-};
 
 /// On the map, of the points of one sequence.
 class LasMap {
@@ -109,32 +87,36 @@ std::vector<CloudPoint> cloud_of(const capture::SequenceReader& sequence, int st
   const capture::StreamInfo& stream =
       sequence.info().streams[static_cast<std::size_t>(stream_index)];
   const capture::Samples scans = sequence.read_samples(stream_index, frame);
-  const Columns columns(stream, scans);
-  const std::size_t world = columns.index("world_x_m"), origin = columns.index("world_origin_x_m"),
-                    sensor = columns.index("x_m"), range = columns.index("range_m"),
-                    true_range = columns.index("true_range_m"),
-                    reflectance = columns.index("reflectance"),
-                    incidence = columns.index("incidence_rad"), ring = columns.index("ring"),
-                    number = columns.index("return_number"), returns = columns.index("num_returns"),
-                    class_id = columns.index("class_id"), instance = columns.index("instance_id");
+  const StreamColumns columns(stream);
+  const std::size_t world = columns.at("world_x_m"), origin = columns.at("world_origin_x_m"),
+                    sensor = columns.at("x_m"), range = columns.at("range_m"),
+                    true_range = columns.at("true_range_m"),
+                    reflectance = columns.at("reflectance"),
+                    incidence = columns.at("incidence_rad"), ring = columns.at("ring"),
+                    number = columns.at("return_number"), returns = columns.at("num_returns"),
+                    class_id = columns.at("class_id"), instance = columns.at("instance_id");
   std::vector<CloudPoint> points;
   points.reserve(scans.times_s.size());
   for (std::size_t row = 0; row < scans.times_s.size(); ++row) {
-    const double true_m = columns.at(row, true_range);
-    const Eigen::Vector3d from = local.local_from_world * columns.point(row, origin);
-    const Eigen::Vector3d to = local.local_from_world * columns.point(row, world);
+    const double* values = &scans.values[row * stream.channels.size()];
+    const auto point = [values](std::size_t first) {
+      return Eigen::Vector3d(values[first], values[first + 1], values[first + 2]);
+    };
+    const double true_m = values[true_range];
+    const Eigen::Vector3d from = local.local_from_world * point(origin);
+    const Eigen::Vector3d to = local.local_from_world * point(world);
     points.push_back({.time_s = scans.times_s[row],
-                      .local = to + (columns.at(row, range) - true_m) / true_m * (to - from),
+                      .local = to + (values[range] - true_m) / true_m * (to - from),
                       .origin_local = from,
-                      .in_sensor = columns.point(row, sensor),
+                      .in_sensor = point(sensor),
                       .true_range_m = true_m,
-                      .reflectance = static_cast<float>(columns.at(row, reflectance)),
-                      .incidence_rad = static_cast<float>(columns.at(row, incidence)),
-                      .ring = static_cast<std::uint16_t>(columns.at(row, ring)),
-                      .return_number = static_cast<std::uint8_t>(columns.at(row, number)),
-                      .num_returns = static_cast<std::uint8_t>(columns.at(row, returns)),
-                      .class_id = static_cast<std::uint8_t>(columns.at(row, class_id)),
-                      .instance_id = static_cast<std::uint32_t>(columns.at(row, instance))});
+                      .reflectance = static_cast<float>(values[reflectance]),
+                      .incidence_rad = static_cast<float>(values[incidence]),
+                      .ring = static_cast<std::uint16_t>(values[ring]),
+                      .return_number = static_cast<std::uint8_t>(values[number]),
+                      .num_returns = static_cast<std::uint8_t>(values[returns]),
+                      .class_id = static_cast<std::uint8_t>(values[class_id]),
+                      .instance_id = static_cast<std::uint32_t>(values[instance])});
   }
   return points;
 }

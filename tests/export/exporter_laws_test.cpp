@@ -296,10 +296,13 @@ TEST_F(ExporterLaws, AKilledExportIsTakenUp) {
       else if (fs::path(path).extension() == ".png")
         kept = root / path;
     }
-    const auto time = fs::last_write_time(kept);
+    const bool has_images = !kept.empty();  // as files of their own; a bag is one file of all
+    const auto time = has_images ? fs::last_write_time(kept) : fs::file_time_type();
     run_export(capture(), toml(name), *folder / "killed");
     EXPECT_EQ(file_hashes(root), whole);
-    EXPECT_EQ(fs::last_write_time(kept), time);  // what was finished is not made again
+    if (has_images) {
+      EXPECT_EQ(fs::last_write_time(kept), time);  // what was finished is not made again
+    }
   }
 }
 
@@ -492,8 +495,8 @@ TEST_F(ExporterLaws, ARigThatCannotFitIsRefusedBeforeAnythingIsWritten) {
     const auto check = [&] { export_options(toml(name)).exporter().check(cameras); };
     // Images and their pixels alone; and tables of rays.
     const bool holds_any_camera = name == "coco" || name == "terracast";
-    const bool has_pair =
-        name != "colmap" && name != "euroc" && !holds_any_camera && name != "kitti_object";
+    const bool has_pair = name != "colmap" && name != "euroc" && name != "mcap" &&
+                          !holds_any_camera && name != "kitti_object";
     if (name == "kitti_object") {
       expect_error(ErrorKind::Config, {name, "rolling shutter", "line_time_us = 30"}, check);
     } else {

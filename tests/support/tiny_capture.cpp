@@ -288,7 +288,7 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
          .rig_from_sensor = {.rotation = Eigen::Quaterniond(0.8, 0.0, 0.6, 0.0),
                              .translation = {0.1, -0.2, 0.3}},
          .body_from_rig = {},
-         .settings_toml = "most_range_m = 2000.0\n"});
+         .settings_toml = "least_range_m = 0.0\nmost_range_m = 2000.0\n"});
   return info;
 }
 
