@@ -14,6 +14,7 @@
 #include "validate/readers/kitti.h"
 #include "validate/readers/kitti_object.h"
 #include "validate/readers/kitti_raw.h"
+#include "validate/readers/mcap.h"
 #include "validate/readers/tartanair.h"
 #include "validate/readers/tartanair_v1.h"
 #include "validate/readers/terracast.h"
@@ -80,7 +81,9 @@ core::ImageU32 Reader::instances(const Dataset& dataset, const Camera& camera, i
 
 core::Image8 Reader::color(const Dataset& dataset, const Camera& camera, int frame) const {
   const std::string& path = camera.files[static_cast<std::size_t>(frame)].color;
-  core::Image8 image = read_png8(dataset.root / path, path, 0, camera.intrinsics);
+  core::Image8 image = is_part_of_bag(path)
+                           ? read_bag_image(dataset, path, camera.intrinsics)
+                           : read_png8(dataset.root / path, path, 0, camera.intrinsics);
   if (image.channels() == 3) return image;
   if (image.channels() != 1)
     fail(ErrorKind::Input, "{}: {} channels where 3 (colour) or 1 (grey) should be", path,
@@ -108,6 +111,7 @@ const std::map<std::string, std::unique_ptr<const Reader>>& readers() {
     all["kitti"] = std::make_unique<KittiReader>();
     all["kitti_object"] = std::make_unique<KittiObjectReader>();
     all["kitti_raw"] = std::make_unique<KittiRawReader>();
+    all["mcap"] = std::make_unique<McapReader>();
     all["tartanair"] = std::make_unique<TartanAirReader>();
     all["tartanair_v1"] = std::make_unique<TartanAirV1Reader>();
     all["terracast"] = std::make_unique<TerracastReader>();

@@ -110,7 +110,8 @@ void read_clock(const Json& json, Camera& camera) {
 
 /// Names that formats of several rigs give cameras: rig and camera, parted by a slash, of COCO by a line.
 void check_camera_name(const Dataset& dataset, const Camera& camera) {
-  const bool has_slash = dataset.format == "colmap" || dataset.format == "terracast";
+  const bool has_slash =
+      dataset.format == "colmap" || dataset.format == "mcap" || dataset.format == "terracast";
   if (camera.rig.empty() || (!has_slash && dataset.format != "coco")) return;
   std::string name = camera.rig + "/" + camera.name_in_rig;
   if (!has_slash) std::replace(name.begin(), name.end(), '/', '_');
@@ -320,8 +321,22 @@ void exchange_mounts(Sequence& sequence, std::vector<Camera>& believed) {
 void check_image_count(const Dataset& dataset, const Sequence& sequence, std::size_t num_cameras,
                        std::size_t& num_images) {
   constexpr std::size_t kMostImages = 4'000'000;
-  num_images += num_cameras * static_cast<std::size_t>(sequence.num_frames);
-  if (num_images > dataset.files.size())
+  const std::size_t num_of_sequence = num_cameras * static_cast<std::size_t>(sequence.num_frames);
+  if (dataset.format == "mcap") {
+    // Images are messages of one file, which take some bytes each.
+    constexpr std::size_t kLeastBytes = 100;
+    std::error_code missing;
+    const std::uintmax_t num_bytes = std::filesystem::file_size(
+        dataset.root / sequence.path / (sequence.name + ".mcap"), missing);
+    if (missing || num_of_sequence > num_bytes / kLeastBytes)
+      fail(ErrorKind::Input,
+           "dataset.json: sequences: num_frames = {} of {} cameras in \"{}\" makes {} images, "
+           "which {}/{}.mcap cannot hold",
+           sequence.num_frames, num_cameras, sequence.name, num_of_sequence, sequence.path,
+           sequence.name);
+  }
+  num_images += num_of_sequence;
+  if (dataset.format != "mcap" && num_images > dataset.files.size())
     fail(ErrorKind::Input,
          "dataset.json: sequences: num_frames = {} of {} cameras in \"{}\" makes {} images so far, "
          "but \"files\" lists {} files",

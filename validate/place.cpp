@@ -1,5 +1,7 @@
 #include "validate/place.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <string>
 
@@ -67,7 +69,10 @@ Found file_in(std::string_view worst, const Sequence& sequence) {
   Found first;
   // Most words name no file, and a dataset may have a million of them.
   worst = worst.substr(0, worst.find('\n'));
-  if (worst.find(".png") == std::string_view::npos && worst.find(".np") == std::string_view::npos)
+  constexpr std::array<std::string_view, 3> kFiles = {".png", ".np", ".mcap#"};
+  if (std::none_of(kFiles.begin(), kFiles.end(), [&](std::string_view part) {
+        return worst.find(part) != std::string_view::npos;
+      }))
     return first;
   constexpr std::string_view kImages = "images/";
   for (std::size_t camera = 0; camera < sequence.cameras.size(); ++camera)

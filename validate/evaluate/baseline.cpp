@@ -126,6 +126,11 @@ void run_colmap(const Subject& subject, const ColmapProgram& colmap, const fs::p
   std::vector<std::string> names;
   for (const FrameFiles& files : camera.files)
     if (!files.color.empty()) names.push_back(files.color);
+  if (!names.empty() && names.front().find('#') != std::string::npos)
+    fail(ErrorKind::Input,
+         "{}: COLMAP reads images from files of their own, which {} has not; export the sequence "
+         "as colmap or euroc too",
+         names.front(), subject.dataset.format);
   for (const std::string& name : names)
     if (name.find_first_of(" \t\n\r") != std::string::npos)
       fail(ErrorKind::Input, "{}: COLMAP's lists hold no name with a blank", name);
