@@ -38,7 +38,7 @@ class McapExporter final : public Exporter {
               core::one_of({"color", "grey"}));
     visit.key("encoding", encoding_,
               "png: sensor_msgs/CompressedImage. raw: sensor_msgs/Image, which needs no plug-in of "
-              "image_transport and takes two to five times the space.",
+              "image_transport, and takes more space.",
               core::one_of({"png", "raw"}));
     visit.key("depth", has_depth_, "Write depth images (sensor_msgs/Image, 32FC1).");
     calibration_.describe(visit);

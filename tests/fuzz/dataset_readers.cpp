@@ -12,6 +12,8 @@
 #include "validate/readers/colmap_database.h"
 #include "validate/readers/colmap_model.h"
 #include "validate/readers/georegistration.h"
+#include "validate/readers/mcap_container.h"
+#include "validate/readers/ros_values.h"
 #include "validate/readers/sensors.h"
 
 namespace terracast::fuzz {
@@ -86,6 +88,7 @@ TERRACAST_FUZZ_DATASET(euroc)
 TERRACAST_FUZZ_DATASET(kitti)
 TERRACAST_FUZZ_DATASET(kitti_object)
 TERRACAST_FUZZ_DATASET(kitti_raw)
+TERRACAST_FUZZ_DATASET(mcap)
 TERRACAST_FUZZ_DATASET(tartanair)
 TERRACAST_FUZZ_DATASET(tartanair_v1)
 TERRACAST_FUZZ_DATASET(terracast)
@@ -109,6 +112,19 @@ void fuzz_colmap_model(Bytes input) {
 
 void fuzz_colmap_database(Bytes input) {
   validate::read_colmap_database(put("database.db", input), "database.db");
+}
+
+/// A bag by itself, and its messages by the definitions that it has of them.
+void fuzz_mcap(Bytes input) {
+  const std::filesystem::path file = put("small.mcap", input);
+  const validate::BagFile bag = validate::read_bag_file(file, "small.mcap");
+  for (const auto& [name, topic] : bag.topics) {
+    const validate::RosDefinition definition(*topic.definition, name);
+    for (const validate::BagMessage& message : topic.messages)
+      definition.read(
+          validate::read_bytes_at(file, "small.mcap", message.offset, message.num_bytes),
+          message.num_bytes);
+  }
 }
 
 void fuzz_georegistration(Bytes input) {

@@ -15,6 +15,9 @@
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/ledger.h"
+#include "export/mcap/mcap_file.h"
+#include "export/mcap/ros_definitions.h"
+#include "export/mcap/ros_messages.h"
 #include "tests/fuzz/scratch.h"
 #include "tests/fuzz/small_dataset.h"
 #include "tests/support/tiny_capture.h"
@@ -255,7 +258,7 @@ void write_rasters_of_gdal(const SeedFolder& seeds) {
 
 void write_datasets(const SeedFolder& seeds) {
   for (const std::string format : {"coco", "colmap", "euroc", "kitti", "kitti_object", "kitti_raw",
-                                   "tartanair", "tartanair_v1", "terracast"}) {
+                                   "mcap", "tartanair", "tartanair_v1", "terracast"}) {
     const SmallDataset dataset(format);
     std::string model;
     for (const auto& [path, bytes] : dataset.files()) {
@@ -271,6 +274,25 @@ void write_datasets(const SeedFolder& seeds) {
     }
     if (format == "colmap") seeds.write("colmap_model", "binary.bin", model);
   }
+}
+
+/// Two topics, of which one has two messages.
+void write_bag(const SeedFolder& seeds) {
+  const fs::path file = scratch_folder("bag") / "small.mcap";
+  std::vector<exporters::McapChannel> channels;
+  for (const std::string type : {"sensor_msgs/msg/Range", "tf2_msgs/msg/TFMessage"})
+    channels.push_back({.topic = "/" + std::to_string(channels.size()),
+                        .type = type,
+                        .definition = exporters::ros_definition(type),
+                        .metadata = {{"offered_qos_profiles", "- depth: 1\n"}}});
+  exporters::McapFile bag(file, "seed", channels);
+  bag.add_metadata("terracast", {{"sequence", "small"}});
+  bag.write(0, 1000, exporters::range_message({1000, "laser"}, {.range_m = 2.5F}));
+  const exporters::RosTransform transform{{1000, "map"}, "base_link", {}};
+  bag.write(1, 1000, exporters::transforms_message(std::span(&transform, 1)));
+  bag.write(0, 2000, exporters::range_message({2000, "laser"}, {.range_m = 3.5F}));
+  bag.finish();
+  seeds.write("mcap", "small.mcap", core::read_file(file, kLongestSeed));
 }
 
 }  // namespace
@@ -290,5 +312,6 @@ int main(int argc, char** argv) {
   write_images(seeds);
   write_rasters_of_gdal(seeds);
   write_datasets(seeds);
+  write_bag(seeds);
   return 0;
 }

@@ -31,6 +31,7 @@
   X(dataset_kitti)                \
   X(dataset_kitti_object)         \
   X(dataset_kitti_raw)            \
+  X(dataset_mcap)                 \
   X(dataset_tartanair)            \
   X(dataset_tartanair_v1)         \
   X(dataset_terracast)            \
@@ -57,6 +58,7 @@
   X(json)                         \
   X(ledger)                       \
   X(legend)                       \
+  X(mcap)                         \
   X(model_glb)                    \
   X(model_gltf)                   \
   X(model_obj)                    \
