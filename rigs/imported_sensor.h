@@ -17,13 +17,16 @@ struct ImuNoise {
   double accel_walk_mps2_per_s_per_sqrt_hz = 0.0;
 };
 
-/// throws   Config: as the IMU's own keys
-sensors::SensorOptions imu_of_noise(const std::string& name, const ImuNoise& noise,
-                                    const geo::Rigid3d& rig_from_sensor);
+/// where    "imu.yaml: imu0", for messages
+/// throws   Input: noise, a rate or a place that an IMU cannot have
+sensors::SensorOptions imu_of_noise(const std::string& where, const std::string& name,
+                                    const ImuNoise& noise, const geo::Rigid3d& rig_from_sensor);
 
 /// A sensor by the TOML of its keys, those of a `[[rigs.sensors]]`, placed on a rig with axes FLU.
+/// where      for messages: what the file says it in
 /// accuracy   places to 1e-12 m, rotations to 1e-12 rad
-/// throws     Config: as the keys
-sensors::SensorOptions sensor_of_keys(const std::string& toml, const geo::Rigid3d& rig_from_sensor);
+/// throws     Input: values that the sensor cannot have
+sensors::SensorOptions sensor_of_keys(const std::string& where, const std::string& toml,
+                                      const geo::Rigid3d& rig_from_sensor);
 
 }  // namespace terracast::rigs

@@ -66,6 +66,10 @@ std::vector<JsonValue> JsonValue::items() const {
 
 void JsonValue::pass_over(const std::string& why) const { file_->record.pass_over(path_, why); }
 
+void JsonValue::misunderstand(const std::string& value) const {
+  file_->record.misunderstand(path_, value);
+}
+
 core::Ledger JsonValue::ledger(std::span<const core::KnownName> known) const {
   return file_->record.ledger(known);
 }

@@ -30,6 +30,8 @@ class JsonValue {
 
   /// For the ledger: nothing can be made of this value.
   void pass_over(const std::string& why) const;
+  /// A value of which nothing could be made, by the value itself.
+  void misunderstand(const std::string& value) const;
   core::Ledger ledger(std::span<const core::KnownName> known) const;
 
   /// "rig_config.json: [0].cameras[1]"

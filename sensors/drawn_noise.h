@@ -35,7 +35,8 @@ struct NoiseSizes {
 ///
 /// accuracy      flicker is a sum of Gauss-Markov processes whose times go up by fours from one tick: of the spectrum
 ///               B^2 / (2 pi f) (two sides) it is within 0.4 % in between, and its Allan deviation within 2 % of the line
-///               from 10 ticks to a tenth of flicker_ticks, 5 % below it at two ticks (DrawnNoise.…)
+///               from 10 ticks to a tenth of flicker_ticks, 5 % below it at two ticks, by the processes' closed forms
+///               (Imu.FlickerIsAFlatLine draws them from 10 to 5000 ticks)
 /// source        IEEE Std 952, annex C, for B and the line
 /// determinism   what it adds at a tick depends on seed, stream, axis and tick alone
 /// threads       one at a time

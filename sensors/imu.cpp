@@ -108,6 +108,11 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kStandardGravity_mps2 = 9.80665;
 constexpr std::array kUnitsOfTurnNoise = {OtherUnit{"deg/s/sqrt(Hz)", kDegree},
                                           OtherUnit{"deg/sqrt(h)", kDegree / 60.0}};
+constexpr std::array kUnitsOfTurnWalk = {OtherUnit{"deg/s^2/sqrt(Hz)", kDegree},
+                                         OtherUnit{"deg/h/sqrt(h)", kDegree / 216000.0}};
+constexpr std::array kUnitsOfForceWalk = {
+    OtherUnit{"ug/s/sqrt(Hz)", 1e-6 * kStandardGravity_mps2},
+    OtherUnit{"ug/sqrt(h)", 1e-6 * kStandardGravity_mps2 / 60.0}};
 constexpr std::array kUnitsOfTurnRate = {OtherUnit{"deg/s", kDegree},
                                          OtherUnit{"deg/h", kDegree / 3600.0}};
 constexpr std::array kUnitsOfForceNoise = {OtherUnit{"ug/sqrt(Hz)", 1e-6 * kStandardGravity_mps2},
@@ -158,21 +163,25 @@ class Imu : public Sensor, public MotionCheck {
     if (rates.attitudes_hz)
       refuse_if_coarse(*rates.attitudes_hz, "attitudes", "turn rates", least_attitudes_hz_);
   }
-  /// The largest errors are well beyond those of the worst gyroscopes and accelerometers that are sold.
+  /// The bounds are well beyond the errors of the worst gyroscopes and accelerometers that are sold.
   void validate() const override {
-    const auto check = [](const std::string& section, const InstrumentOptions& errors,
-                          double most_noise, double most_bias,
-                          std::span<const OtherUnit> units_of_noise,
-                          std::span<const OtherUnit> units_of_bias) {
-      check_size(section + ".noise_" + errors.unit + "_per_sqrt_hz", errors.noise_per_sqrt_hz,
-                 most_noise, units_of_noise);
-      for (const auto& [key, value] : {std::pair{"markov_", errors.markov},
-                                       {"flicker_", errors.flicker},
-                                       {"turn_on_", errors.turn_on}})
-        check_size(section + "." + key + errors.unit, value, most_bias, units_of_bias);
-    };
-    check("gyroscope", gyroscope_, 0.05, 1.0, kUnitsOfTurnNoise, kUnitsOfTurnRate);
-    check("accelerometer", accelerometer_, 1.0, 20.0, kUnitsOfForceNoise, kUnitsOfForce);
+    const auto check =
+        [](const std::string& section, const InstrumentOptions& errors, double most_noise,
+           double most_bias, std::span<const OtherUnit> units_of_noise,
+           std::span<const OtherUnit> units_of_walk, std::span<const OtherUnit> units_of_bias) {
+          check_size(section + ".noise_" + errors.unit + "_per_sqrt_hz", errors.noise_per_sqrt_hz,
+                     most_noise, units_of_noise);
+          check_size(section + ".walk_" + errors.unit + "_per_s_per_sqrt_hz",
+                     errors.walk_per_s_per_sqrt_hz, most_noise, units_of_walk);
+          for (const auto& [key, value] : {std::pair{"markov_", errors.markov},
+                                           {"flicker_", errors.flicker},
+                                           {"turn_on_", errors.turn_on}})
+            check_size(section + "." + key + errors.unit, value, most_bias, units_of_bias);
+        };
+    check("gyroscope", gyroscope_, 0.05, 1.0, kUnitsOfTurnNoise, kUnitsOfTurnWalk,
+          kUnitsOfTurnRate);
+    check("accelerometer", accelerometer_, 1.0, 5.0, kUnitsOfForceNoise, kUnitsOfForceWalk,
+          kUnitsOfForce);
   }
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
 

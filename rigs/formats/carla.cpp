@@ -15,7 +15,7 @@
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 
-// The objects of CARLA's ROS bridge (objects.json of carla_spawn_objects): the sensors of the first vehicle that has any, with
+// The objects of CARLA's ROS bridge (objects.json of carla_spawn_objects): the sensors of the first vehicle that has a camera, with
 // CARLA's blueprint attributes beside them; what an attribute is without is CARLA's own default. Poses are of ROS: x forward, y
 // left, z up, degrees. Noise of CARLA's IMU is a sample's deviation, and its GNSS errs in degrees.
 // https://carla.readthedocs.io/en/latest/ref_sensors, https://github.com/carla-simulator/ros-bridge
@@ -35,7 +35,7 @@ constexpr double kStep_s = 0.05;
 constexpr const char* kCovered =
     "an image of a camera that another one here is: every camera has color, depth, classes, "
     "normals and flow";
-constexpr const char* kNotThere = "nothing here is like it";
+
 constexpr const char* kOfImages = "how CARLA makes its image; imaging says it here";
 
 constexpr std::array kKnown = {
@@ -43,7 +43,9 @@ constexpr std::array kKnown = {
     core::KnownName{"objects[].type", "vehicle.…"},
     core::KnownName{"objects[].id", "the rig's name"},
     core::KnownName{"objects[].objects", "the vehicle's sensors"},
-    core::KnownName{"objects[].objects[].type", "what sensor it is"},
+    core::KnownName{"objects[].objects[].type",
+                    "what sensor it is: sensor.camera, sensor.lidar, sensor.other.imu, "
+                    "sensor.other.gnss; others are told"},
     core::KnownName{"objects[].objects[].id", "its name"},
     core::KnownName{"objects[].objects[].spawn_point", "where it stands on the vehicle"},
     core::KnownName{"objects[].objects[].spawn_point.x", "forward, m"},
@@ -151,7 +153,7 @@ sensors::SensorOptions imu_of(const JsonValue& sensor, const std::string& name) 
       largest(sensor, {"noise_gyro_stddev_x", "noise_gyro_stddev_y", "noise_gyro_stddev_z"});
   const double accel =
       largest(sensor, {"noise_accel_stddev_x", "noise_accel_stddev_y", "noise_accel_stddev_z"});
-  return imu_of_noise(name,
+  return imu_of_noise(sensor.where(), name,
                       {.rate_hz = rate,
                        .gyro_noise_radps_per_sqrt_hz = gyro / std::sqrt(rate),
                        .accel_noise_mps2_per_sqrt_hz = accel / std::sqrt(rate)},
@@ -164,6 +166,7 @@ sensors::SensorOptions gnss_of(const JsonValue& sensor, const std::string& name)
   // A degree of latitude, as CARLA's own sphere of 6378137 m has it.
   constexpr double kMetresPerDegree = 6378137.0 * kDegree;
   return sensor_of_keys(
+      sensor.where(),
       fmt::format("name = \"{}\"\nkind = \"gnss\"\nrate_hz = {}\n[single]\n"
                   "noise_horizontal_m = {}\nnoise_vertical_m = {}\n",
                   name, rate_hz(sensor),
@@ -179,7 +182,10 @@ sensors::SensorOptions lidar_of(const JsonValue& sensor, const std::string& name
   const double points_hz = between(sensor, "points_per_second", 56000.0, 1.0, 1e9);
   const double upper_deg = between(sensor, "upper_fov", 10.0, -90.0, 90.0);
   const double lower_deg = between(sensor, "lower_fov", -30.0, -90.0, 90.0);
-  const double attenuation_per_m = between(sensor, "atmosphere_attenuation_rate", 0.004, 0.0, 10.0);
+  // The semantic one has no light that air could take.
+  const double air_per_m = sensor.at("type").json().string().ends_with("semantic") ? 0.0 : 0.004;
+  const double attenuation_per_m =
+      between(sensor, "atmosphere_attenuation_rate", air_per_m, 0.0, 10.0);
   if (sensor.has("horizontal_fov") && number_or(sensor, "horizontal_fov", 360.0) != 360.0)
     sensor.at("horizontal_fov").pass_over("a spinning lidar sees all around");
   if (sensor.has("sensor_tick"))
@@ -196,6 +202,7 @@ sensors::SensorOptions lidar_of(const JsonValue& sensor, const std::string& name
                               : upper_deg + (lower_deg - upper_deg) * static_cast<double>(i) /
                                                 static_cast<double>(num_lasers - 1)));
   return sensor_of_keys(
+      sensor.where(),
       fmt::format("name = \"{}\"\nkind = \"lidar\"\nrate_hz = {}\npattern = \"spinning\"\n"
                   "columns = {}\nelevation_deg = [{}]\nleast_range_m = 0.0\nmost_range_m = {}\n"
                   "extinction_per_km = {}\nrange_noise_m = {}\n",
@@ -222,12 +229,29 @@ capture::CameraCalibration camera_of(const JsonValue& sensor, const std::string&
           .body_from_rig = {}};
 }
 
+bool is_camera(std::string_view type) {
+  return type.starts_with("sensor.camera.") && type != "sensor.camera.dvs";
+}
+
 bool are_alike(const capture::CameraCalibration& a, const capture::CameraCalibration& b) {
   return a.intrinsics.width_px == b.intrinsics.width_px &&
          a.intrinsics.height_px == b.intrinsics.height_px &&
          a.intrinsics.parameters == b.intrinsics.parameters &&
          a.rig_from_camera.translation == b.rig_from_camera.translation &&
          a.rig_from_camera.rotation.coeffs() == b.rig_from_camera.rotation.coeffs();
+}
+
+/// Whether an object is a vehicle that has a camera; nothing of it is taken by that.
+bool has_camera(const core::Json& object) {
+  if (!object.is_object() || !object.has("objects") || !object.at("objects").is_array())
+    return false;
+  const core::Json& sensors = object.at("objects");
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const core::Json& sensor = sensors.at(i);
+    if (sensor.is_object() && sensor.has("type") && is_camera(sensor.at("type").string()))
+      return true;
+  }
+  return false;
 }
 
 /// A vehicle's sensors, each with a name of its own.
@@ -237,7 +261,7 @@ class Vehicle {
     const JsonValue type_value = sensor.at("type");
     const std::string& type = type_value.json().string();
     const std::string name = own_name(sensor, type);
-    if (type.starts_with("sensor.camera.") && type != "sensor.camera.dvs") {
+    if (is_camera(type)) {
       capture::CameraCalibration camera = camera_of(sensor, name);
       if (std::any_of(cameras_.begin(), cameras_.end(),
                       [&](const auto& other) { return are_alike(camera, other); })) {
@@ -252,13 +276,12 @@ class Vehicle {
     } else if (type == "sensor.lidar.ray_cast" || type == "sensor.lidar.ray_cast_semantic") {
       sensors_.push_back(lidar_of(sensor, name));
     } else {
-      type_value.pass_over(kNotThere);
+      type_value.misunderstand(type);
       return;
     }
     names_.insert(name);
   }
 
-  bool has_cameras() const { return !cameras_.empty(); }
   RigOptions rig(const std::string& name) const {
     RigOptions rig = rig_of_cameras(name, cameras_);
     rig.sensors = sensors_;
@@ -284,12 +307,9 @@ ImportedRig read_carla(const fs::path& path, const ReadOptions& options) {
   std::string name = options.name;
   std::optional<Vehicle> vehicle;
   for (const JsonValue& object : file.at("objects").items()) {
-    if (!object.has("objects")) {
-      if (object.has("type")) object.at("type").pass_over("no vehicle with sensors");
-      continue;
-    }
-    if (vehicle) {
-      object.at("objects").pass_over("sensors of another vehicle: the first one's are read");
+    if (vehicle || !has_camera(object.json())) {
+      if (object.has("type"))
+        object.at("type").pass_over("not the first vehicle that has a camera, which is read");
       continue;
     }
     if (object.has("type")) object.at("type");
@@ -301,7 +321,7 @@ ImportedRig read_carla(const fs::path& path, const ReadOptions& options) {
     vehicle.emplace();
     for (const JsonValue& sensor : sensors) vehicle->add(sensor);
   }
-  if (!vehicle || !vehicle->has_cameras())
+  if (!vehicle)
     fail(
         ErrorKind::Input,
         "{}: no vehicle with a camera; one of `objects` has `objects` of its own, of which one has "

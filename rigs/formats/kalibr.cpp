@@ -223,6 +223,7 @@ void read_clock(const YamlValue& camera) {
 
 struct ChainImu {
   int number;
+  std::string where;
   geo::Rigid3d imu_from_base;
   ImuNoise noise;
 };
@@ -232,6 +233,7 @@ ChainImu read_imu(const YamlValue& imu, int number) {
     imu.at("time_offset").pass_over("a rig file holds no IMU's clock offset");
   return {
       .number = number,
+      .where = imu.where(),
       .imu_from_base = imu.states("T_i_b") ? imu.at("T_i_b").rigid() : geo::Rigid3d{},
       .noise = {.rate_hz = imu.at("update_rate").number(),
                 .gyro_noise_radps_per_sqrt_hz = imu.at("gyroscope_noise_density").number(),
@@ -258,16 +260,34 @@ std::string name_of_imu_key(const KeyRecord::Path& path) {
   return is_of_map ? KeyRecord::numbered_name_of(path) : "imuN." + KeyRecord::name_of(path);
 }
 
+/// A ledger whose names begin with their file's.
+core::Ledger called_after(const core::Ledger& ledger, const std::string& file) {
+  core::Ledger called;
+  for (const auto& [name, entry] : ledger.entries()) {
+    const std::string full = file + ": " + name;
+    if (entry.num_used > 0) called.use(full, entry.num_used);
+    if (entry.num_ignored > 0) called.ignore(full, entry.why, entry.num_ignored);
+    if (entry.num_unknown > 0) called.miss(full, entry.num_unknown);
+    for (const auto& [value, times] : entry.not_understood)
+      called.misunderstand(full, value, times);
+  }
+  return called;
+}
+
 /// The IMUs of the chain, or of a file beside it, as Kalibr and OpenVINS have them.
 std::vector<ChainImu> find_imus(const YamlValue& chain, const std::filesystem::path& path,
                                 core::Ledger& ledger) {
   std::vector<ChainImu> imus = read_imus(chain);
   for (const char* name : {"imu.yaml", "kalibr_imu_chain.yaml"}) {
     const std::filesystem::path beside = path.parent_path() / name;
-    if (!imus.empty() || beside == path || !std::filesystem::exists(beside)) continue;
+    if (beside == path || !std::filesystem::is_regular_file(beside)) continue;
+    if (!imus.empty()) {
+      ledger.ignore(name, "the IMUs of another file are taken");
+      continue;
+    }
     const YamlValue file = YamlValue::read(beside);
     imus = read_imus(file);
-    ledger.merge(file.ledger(kKnown, name_of_imu_key));
+    ledger.merge(called_after(file.ledger(kKnown, name_of_imu_key), name));
   }
   return imus;
 }
@@ -275,7 +295,7 @@ std::vector<ChainImu> find_imus(const YamlValue& chain, const std::filesystem::p
 /// On a rig that is imu0: T_i_b of all IMUs are from one base.
 void add_imus(const std::vector<ChainImu>& imus, RigOptions& rig) {
   for (const ChainImu& imu : imus)
-    rig.sensors.push_back(imu_of_noise(fmt::format("imu{}", imu.number), imu.noise,
+    rig.sensors.push_back(imu_of_noise(imu.where, fmt::format("imu{}", imu.number), imu.noise,
                                        imus[0].imu_from_base * imu.imu_from_base.inverse()));
 }
 

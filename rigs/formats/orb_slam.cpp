@@ -171,7 +171,7 @@ void add_imu(const YamlValue& file, RigOptions& rig) {
     return;
   }
   rig.sensors.push_back(
-      imu_of_noise("imu0",
+      imu_of_noise(file.where() + ": IMU", "imu0",
                    {.rate_hz = file.at("IMU.Frequency").number(),
                     .gyro_noise_radps_per_sqrt_hz = number_or_0(file, "IMU.NoiseGyro"),
                     .gyro_walk_radps_per_s_per_sqrt_hz = number_or_0(file, "IMU.GyroWalk"),

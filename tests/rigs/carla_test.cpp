@@ -50,17 +50,19 @@ TEST(Carla, ACameraLooksWhereItsPoseSays) {
              Vector3d(2.0, 0.5 + std::cos(tilt), 1.5 - std::sin(tilt)))
                 .norm(),
             1e-12);
-  expect_told(imported.ledger, {"objects[].type", "no vehicle"});
+  expect_told(imported.ledger, {"objects[].type", "not the first vehicle"});
 }
 
 TEST(Carla, ImagesOfOneCameraAreOne) {
   std::string depth = kCamera, apart = kCamera;
   depth.replace(depth.find("rgb"), 3, "depth");
   apart.replace(apart.find("\"x\": 2.0"), 8, "\"x\": 2.1");
-  const ImportedRig imported = rig_of(std::string(kCamera) + ", " + depth + ", " + apart);
+  const ImportedRig imported = rig_of(std::string(kCamera) + ", " + depth + ", " + apart +
+                                      R"(, {"type": "sensor.other.radar", "range": 100})");
   ASSERT_EQ(imported.rig.cameras.size(), 2U);
   EXPECT_EQ(imported.rig.cameras[1].name, "front_2");
   expect_told(imported.ledger, {"objects[].objects[].type", "another one here"});
+  expect_told(imported.ledger, {"objects[].objects[].type", "sensor.other.radar"});
 }
 
 TEST(Carla, OtherSensorsHaveTheirNumbers) {
@@ -92,11 +94,42 @@ TEST(Carla, OtherSensorsHaveTheirNumbers) {
   expect_told(imported.ledger, {"noise_accel_stddev_z", "alike here"});
   expect_told(imported.ledger, {"noise_gyro_bias_x", "constant error"});
   expect_told(imported.ledger, {"dropoff_general_rate", "range_at_10_percent_m"});
-  expect_told(imported.ledger, {"objects[].objects[].type", "nothing here is like it"});
+  expect_told(imported.ledger, {"objects[].objects[].type", "sensor.other.collision"});
   // What is read is a rig file again.
   const fs::path again = test_folder("carla_again") / "rig.toml";
   core::write_file(again, toml);
   EXPECT_EQ(rig_toml(read_rig(again)), toml);
+}
+
+TEST(Carla, TheFirstVehicleThatHasACameraIsRead) {
+  const fs::path file = test_folder("carla_vehicles") / "objects.json";
+  const ImportedRig imported =
+      read_text("carla", file,
+                std::string(R"({"objects": [{"type": "vehicle.a", "id": "npc", "objects": []}, )") +
+                    R"({"type": "vehicle.b", "id": "ego", "objects": [)" + kCamera + "]}]}");
+  EXPECT_EQ(imported.rig.name, "ego");
+}
+
+/// Mounts that look nearly straight down, where yaw and roll are hardly told apart, by Rz Ry Rx.
+TEST(Carla, SensorsAreTurnedAsTheirAnglesSay) {
+  for (const double off_deg : {0.0, 1e-11, 3e-8, 2e-7, 6e-6, 1.0, -3e-8, 60.0}) {
+    const double yaw = 37.0, pitch = 90.0 - off_deg, roll = 11.0;
+    const ImportedRig imported = rig_of(
+        std::string(kCamera) +
+        fmt::format(
+            R"(, {{"type": "sensor.other.imu", "spawn_point": {{"yaw": {}, "pitch": {}, "roll": {}}}}})",
+            yaw, pitch, roll));
+    const auto turn = [](double z, double y, double x) {
+      const double degree = std::numbers::pi / 180.0;
+      return (Eigen::AngleAxisd(z * degree, Vector3d::UnitZ()) *
+              Eigen::AngleAxisd(y * degree, Vector3d::UnitY()) *
+              Eigen::AngleAxisd(x * degree, Vector3d::UnitX()))
+          .toRotationMatrix();
+    };
+    const std::vector<double>& euler = imported.rig.sensors.at(0).euler_deg;
+    EXPECT_LT((turn(euler.at(0), euler.at(1), euler.at(2)) - turn(yaw, pitch, roll)).norm(), 1e-12)
+        << off_deg;
+  }
 }
 
 TEST(Carla, WrongFilesAreToldSo) {
@@ -104,7 +137,12 @@ TEST(Carla, WrongFilesAreToldSo) {
     expect_error(ErrorKind::Input, words, [&] { rig_of(sensors); });
   };
   expect("", {"no vehicle with a camera", "sensor.camera"});
-  expect(R"({"id": "a"})", {"has no type"});
+  expect(std::string(kCamera) + R"(, {"id": "a"})", {"has no type"});
+  expect(std::string(kCamera) +
+             R"(, {"type": "sensor.other.imu", "id": "a", "noise_gyro_stddev_x": 0.5})",
+         {"objects.json: objects[1].objects[1]", "gyroscope.noise_radps_per_sqrt_hz"});
+  expect(std::string(kCamera) + R"(, {"type": "sensor.other.imu", "spawn_point": {"y": 1e308}})",
+         {"objects[1].objects[1]", "not a finite number"});
   expect(R"({"type": "sensor.camera.rgb", "fov": 200})", {"fov = 200", "179.9"});
   expect(R"({"type": "sensor.camera.rgb", "image_size_x": "wide"})", {"image_size_x"});
   expect(std::string(kCamera) + R"(, {"type": "sensor.lidar.ray_cast", "points_per_second": 10})",

@@ -107,12 +107,19 @@ TEST(Kalibr, ImusAreSensorsOfTheRig) {
   EXPECT_NEAR(read.rig.sensors[1].euler_deg[0], 90.0, 1e-12);
   EXPECT_NEAR(read.rig.sensors[1].offset_mm.at(0), 100.0, 1e-12);
   EXPECT_NEAR(read.rig.sensors[1].offset_mm.at(1), 0.0, 1e-12);
-  expect_told(read.ledger, {"imuN.time_offset", "clock"});
+  expect_told(read.ledger, {"kalibr_imu_chain.yaml: imuN.time_offset", "clock"});
   expect_told(read.ledger, {"imuN.Tw", "misalignment_mrad"});
 
   read = read_text("kalibr", test_folder("kalibr_own_imu") / "chain.yaml",
                    camera_text(0, "") + "imu0:\n" + indented(kNoise));
   EXPECT_EQ(read.rig.sensors.size(), 1U);
+  core::write_file(chain.parent_path() / "imu.yaml", kNoise);
+  read = read_text("kalibr", chain, camera_text(0, ""));
+  EXPECT_EQ(read.rig.sensors.size(), 1U);
+  expect_told(read.ledger, {"kalibr_imu_chain.yaml", "another file"});
+  core::write_file(flat.parent_path() / "imu.yaml", std::string(kNoise) + "gyroscope_noise: 1\n");
+  expect_told(read_text("kalibr", flat, camera_text(0, "")).ledger,
+              {"imu.yaml: imuN.gyroscope_noise", "not known"});
   expect_error(ErrorKind::Input, {"imu0", "update_rate"}, [&] {
     read_text("kalibr", test_folder("kalibr_no_rate") / "chain.yaml",
               camera_text(0, "") + "imu0:\n  gyroscope_noise_density: 1e-4\n");
