@@ -145,10 +145,12 @@ Eigen::Vector3d WindField::at(const Place& place, const AirWay& way) const {
     const auto& components = turbulence_->components;
     if (way.level_lengths > components[0].end_lengths() ||
         way.vertical_lengths > components[2].end_lengths())
-      core::fail(core::ErrorKind::Input,
-                 "it is blown so far off its way that it meets air for which no turbulence was "
-                 "drawn, after {:.0f} m; lower the wind's speeds",
-                 way.distance_m);
+      core::fail(
+          core::ErrorKind::Input,
+          "after {:.0f} m through the air, {:.1f} m above the ground, no turbulence is drawn "
+          "any more: it is blown farther off its way than was allowed for, or below it, "
+          "where eddies are smaller; lower the wind's speeds, or fly higher",
+          way.distance_m, place.agl_m);
     const TurbulenceScale scale =
         turbulence_scale(turbulence_->model, place.agl_m, turbulence_speed_mps_);
     changing += Eigen::Vector3d(scale.level_mps * components[0].at(way.level_lengths),

@@ -75,7 +75,8 @@ class WindField {
   /// Mean wind along the world's axes: speed_mps at 20 ft, with shear a logarithm of the height, of 3 to 1000 ft.
   Eigen::Vector3d mean_mps(const Place& place) const;
   /// With gusts and turbulence.
-  /// throws   Input: farther through the air than most_distance_m
+  /// throws   Input: more lengths of turbulence than were drawn: farther through the air than most_distance_m, or long
+  ///          below least_agl_m, where lengths are shorter
   Eigen::Vector3d at(const Place& place, const AirWay& way) const;
   /// Derivative of the way by time.
   /// speed_mps   at which the body goes through the mean wind

@@ -56,10 +56,10 @@ class Facade final : public TrajectoryKind {
     const double turning_mps2 = speed_mps_ * speed_mps_ / turn_radius_m();
     if (num_rows() > 1 && turning_mps2 > kMostAcceleration_mps2)
       fail(ErrorKind::Config,
-           "between rows {:.2f} m apart the flight would turn with {:.1f} m/s^2, and {} are flown "
-           "at most; fly at {:.2f} m/s, or set row_spacing_m higher",
+           "half circles between rows {:.2f} m apart would take {:.1f} m/s^2, and up to {} are "
+           "flown; fly at {:.2f} m/s, or set row_spacing_m higher",
            2.0 * turn_radius_m(), turning_mps2, kMostAcceleration_mps2,
-           std::sqrt(kMostAcceleration_mps2 * turn_radius_m()));
+           std::floor(100.0 * std::sqrt(kMostAcceleration_mps2 * turn_radius_m())) / 100.0);
   }
 
   std::unique_ptr<TrajectoryKind> clone() const override { return std::make_unique<Facade>(*this); }

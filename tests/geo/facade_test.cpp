@@ -102,6 +102,16 @@ TEST(Facade, RefusesWhatCannotBeFlown) {
   EXPECT_NE(message(core::ErrorKind::Config, std::string(kWall) + "speed_mps = 6.0\n")
                 .find("fly at 3.16 m/s"),
             std::string::npos);
+  // The advised speed is flown.
+  for (const double spacing_m : {1.5, 2.0, 3.0, 7.0}) {
+    const auto keys = [&](const std::string& speed) {
+      return fmt::format("{}lowest_m = 5.0\nrow_spacing_m = {}\nspeed_mps = {}\n", kSides,
+                         spacing_m, speed);
+    };
+    const std::string refused = message(core::ErrorKind::Config, keys("50.0"));
+    const std::size_t at = refused.find("fly at ") + 7;
+    trajectory_from(keys(refused.substr(at, refused.find(" m/s", at) - at)), world);
+  }
   const std::string too_low =
       message(core::ErrorKind::Input, std::string(kWall) + "min_agl_m = 9.0\n");
   EXPECT_NE(too_low.find("raise lowest_m"), std::string::npos) << too_low;

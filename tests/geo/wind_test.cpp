@@ -57,6 +57,8 @@ TEST(Wind, TurbulenceIsAsLargeAndStrongAsTheStandardSays) {
     EXPECT_NEAR(joint.level_mps, joint.vertical_mps, 1e-12);
     const TurbulenceScale middle = turbulence_scale(model, 457.2, knots15_mps);
     EXPECT_NEAR(middle.vertical_m, 0.3048 * (1000.0 + high_ft) / 2.0, 1e-9);
+    // At 1000 ft 0.177 + 0.823 is 1: the level length is the height there.
+    EXPECT_NEAR(middle.level_m, 0.3048 * (1000.0 + high_ft) / 2.0, 1e-9);
     const TurbulenceScale high = turbulence_scale(model, 5000.0, knots15_mps);
     EXPECT_NEAR(high.level_m, 0.3048 * high_ft, 1e-9);
     EXPECT_NEAR(high.vertical_m, 0.3048 * high_ft, 1e-9);
@@ -112,6 +114,20 @@ TEST(Wind, TurbulenceHasItsStrengthAtEachHeight) {
                                [&] { field.at(at_height(agl_m), {.level_lengths = 1e4}); })
                   .find("no turbulence was drawn"),
               std::string::npos);
+  }
+}
+
+// The same air at two heights: level speeds go by the standard's 0.177 + 0.000823 h to the power of 0.4, with h of 196.85 and
+// 656.17 ft; up and down it is as strong at both.
+TEST(Wind, TheSameAirIsWeakerHigherUp) {
+  const WindField field({.turbulence = "dryden", .turbulence_speed_mps = 8.0}, 1000.0, 50.0);
+  const double ratio = std::pow(0.71703 / 0.33901, 0.4);
+  for (const double lengths : {0.3, 1.7, 4.2}) {
+    const AirWay way{.distance_m = 0.0, .level_lengths = lengths, .vertical_lengths = lengths};
+    const Vector3d low = field.at(at_height(60.0), way), high = field.at(at_height(200.0), way);
+    EXPECT_NEAR(low.x() / high.x(), ratio, 1e-4);
+    EXPECT_NEAR(low.y() / high.y(), ratio, 1e-4);
+    EXPECT_NEAR(low.z() / high.z(), 1.0, 1e-12);
   }
 }
 
