@@ -84,6 +84,10 @@ class EurocFixes final : public FixFormat {
   class Columns {
    public:
     Columns(const CsvTable& table, const std::filesystem::path& file) : table_(table) {
+      constexpr std::size_t kMostColumns = 10000;
+      if (table.column_names().size() > kMostColumns)
+        fail(ErrorKind::Input, "{}: {} columns; states of EuRoC have 17", file.string(),
+             table.column_names().size());
       for (std::size_t i = 0; i < table.column_names().size(); ++i)
         if (!indices_.try_emplace(std::string(without_unit(table.column_names()[i])), i).second)
           fail(ErrorKind::Input, "{}: two columns are named {}", file.string(),

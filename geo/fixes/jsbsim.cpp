@@ -132,6 +132,10 @@ class JsbsimFixes final : public FixFormat {
    public:
     Columns(const CsvTable& table, const std::filesystem::path& file, const std::string& above)
         : table_(table) {
+      constexpr std::size_t kMostColumns = 10000;
+      if (table.column_names().size() > kMostColumns)
+        fail(ErrorKind::Input, "{}: {} columns; a run with all its properties has some 2000",
+             file.string(), table.column_names().size());
       for (std::size_t i = 0; i < table.column_names().size(); ++i) {
         const std::string_view name = without_root(table.column_names()[i]);
         if (!indices_.try_emplace(std::string(name), i).second)

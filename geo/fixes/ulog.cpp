@@ -87,9 +87,21 @@ constexpr std::array kKnown = {
     core::KnownName{"vehicle_gps_position.vel_e_m_s", "speed, which the motion is compared with"},
     core::KnownName{"vehicle_gps_position.vel_n_m_s", "speed, which the motion is compared with"},
     core::KnownName{"vehicle_gps_position.*", kRest, false},
+    core::KnownName{"sensor_gps.alt", "height above mean sea level in millimetres"},
+    core::KnownName{"sensor_gps.alt_ellipsoid", "height above the ellipsoid, in mm"},
+    core::KnownName{"sensor_gps.altitude_ellipsoid_m", "height above the ellipsoid"},
+    core::KnownName{"sensor_gps.altitude_msl_m", "height above mean sea level"},
+    core::KnownName{"sensor_gps.fix_type", "whether there is a place"},
+    core::KnownName{"sensor_gps.lat", "latitude in ten millionths of a degree"},
+    core::KnownName{"sensor_gps.latitude_deg", "latitude"},
+    core::KnownName{"sensor_gps.lon", "longitude in ten millionths of a degree"},
+    core::KnownName{"sensor_gps.longitude_deg", "longitude"},
     core::KnownName{"sensor_gps.time_utc_usec", "UTC"},
     core::KnownName{"sensor_gps.timestamp", "times"},
-    core::KnownName{"sensor_gps.*", "vehicle_gps_position is read instead", false},
+    core::KnownName{"sensor_gps.timestamp_sample", "times, instead of timestamp"},
+    core::KnownName{"sensor_gps.vel_e_m_s", "speed, which the motion is compared with"},
+    core::KnownName{"sensor_gps.vel_n_m_s", "speed, which the motion is compared with"},
+    core::KnownName{"sensor_gps.*", kRest, false},
     core::KnownName{"topic *", kNoTopic, false}};
 constexpr std::array kTables = {core::KnownTable{"ulog", "messages, and fields of topics", kKnown}};
 
@@ -175,15 +187,27 @@ class UlogFixes final : public FixFormat {
     table.frame = frame();
     table.attitude_frame =
         table.frame == FixFrame::Local ? AttitudeFrame::Local : AttitudeFrame::PlaceEnu;
-    log.count(kKnown, table.ledger);
     table.remarks = log.remarks();
-    read_places(log, file, above, table);
-    read_attitudes(log, table);
-    count_from_1970(log, table);
+    const Source places = read_places(log, file, above, table);
+    const Source attitudes = read_attitudes(log, table);
+    const Source clock = count_from_1970(log, table);
+    const auto is_read = [&](std::string_view topic, int instance, std::string_view field) {
+      const Source source{topic, instance};
+      return source == places || source == attitudes ||
+             (source == clock && (field == "time_utc_usec" || field == "timestamp"));
+    };
+    log.count(kKnown, is_read, table.ledger);
     return table;
   }
 
  private:
+  /// An instance of a topic; without a name: none.
+  struct Source {
+    std::string_view topic;
+    int instance = 0;
+    bool operator==(const Source&) const = default;
+  };
+
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kSources = {
       {{"global", kGlobal},
        {"local", kLocal},
@@ -201,8 +225,8 @@ class UlogFixes final : public FixFormat {
     return false;
   }
 
-  void read_places(const UlogFile& log, const std::filesystem::path& file, const std::string& above,
-                   FixTable& table) const {
+  Source read_places(const UlogFile& log, const std::filesystem::path& file,
+                     const std::string& above, FixTable& table) const {
     for (const auto& [source, name] : kSources) {
       const bool is_wanted = places_ == source || (places_ == "auto" && source != "local_origin");
       if (!is_wanted) continue;
@@ -215,9 +239,9 @@ class UlogFixes final : public FixFormat {
       for (std::size_t i = 0; i < topic->num_records(); ++i)
         table.fixes.push_back(fix_of(*topic, i, source, above));
       if (source == "local" && above == "home") take_home(*topic, table);
-      remark_instances(log, name, table);
+      remark_instances(log, {name, static_cast<int>(instance_)}, table);
       table.remarks.push_back(fmt::format("places are those of {}", name));
-      return;
+      return {name, static_cast<int>(instance_)};
     }
     fail(ErrorKind::Input, "{}: {}", file.string(), what_it_holds(log));
   }
@@ -331,17 +355,19 @@ class UlogFixes final : public FixFormat {
         table.home = Geodetic{topic.number(i, "ref_lat"), topic.number(i, "ref_lon"), 0.0};
   }
 
-  void remark_instances(const UlogFile& log, std::string_view name, FixTable& table) const {
-    if (const std::size_t count = log.instances(name).size(); count > 1)
-      table.remarks.push_back(
-          fmt::format("{} has {} instances, of which {} is read", name, count, instance_));
+  static void remark_instances(const UlogFile& log, const Source& source, FixTable& table) {
+    if (const std::size_t count = log.instances(source.topic).size(); count > 1)
+      table.remarks.push_back(fmt::format("{} has {} instances, of which {} is read", source.topic,
+                                          count, source.instance));
   }
 
-  void read_attitudes(const UlogFile& log, FixTable& table) const {
-    std::optional<UlogTopic> topic = log.topic(kAttitude, static_cast<int>(instance_));
-    if (!topic) topic = log.topic(kAttitude, 0);
-    if (!topic) return;
-    remark_instances(log, kAttitude, table);
+  /// Those of the instance whose places are read, or else of the first.
+  Source read_attitudes(const UlogFile& log, FixTable& table) const {
+    Source source{kAttitude, static_cast<int>(instance_)};
+    if (!log.topic(kAttitude, source.instance)) source.instance = 0;
+    const std::optional<UlogTopic> topic = log.topic(kAttitude, source.instance);
+    if (!topic) return {};
+    remark_instances(log, source, table);
     static const Jumps jumps({"quat_reset_counter"});
     std::size_t num_jumps = 0;
     for (std::size_t i = 0; i < topic->num_records(); ++i) {
@@ -366,30 +392,34 @@ class UlogFixes final : public FixFormat {
       table.remarks.push_back(fmt::format(
           "the estimate of the attitude jumped {} time{}; the smooth motion turns there", num_jumps,
           num_jumps == 1 ? "" : "s"));
+    return source;
   }
 
   /// The receiver states UTC beside the time since the start; the median of their differences holds for the whole log.
-  static void count_from_1970(const UlogFile& log, FixTable& table) {
+  static Source count_from_1970(const UlogFile& log, FixTable& table) {
     constexpr double kPerSecond = 1e6, kIn2000_s = 946684800.0;
     std::vector<double> starts_unix_s;
+    Source source;
     for (const std::string_view name : {kGps, kReceiver}) {
       const std::vector<int> instances = log.instances(name);
       if (instances.empty() || !starts_unix_s.empty()) continue;
       const UlogTopic topic = *log.topic(name, instances.front());
       if (!topic.has_field("time_utc_usec")) continue;
+      source = {name, instances.front()};
       for (std::size_t i = 0; i < topic.num_records(); ++i) {
         const double utc_s = topic.number(i, "time_utc_usec") / kPerSecond;
         if (utc_s > kIn2000_s)
           starts_unix_s.push_back(utc_s - topic.number(i, "timestamp") / kPerSecond);
       }
     }
-    if (starts_unix_s.empty()) return;
+    if (starts_unix_s.empty()) return {};
     const auto middle =
         starts_unix_s.begin() + static_cast<std::ptrdiff_t>(starts_unix_s.size() / 2);
     std::nth_element(starts_unix_s.begin(), middle, starts_unix_s.end());
     for (Fix& fix : table.fixes) fix.time_s += *middle;
     for (TimedAttitude& attitude : table.attitudes) attitude.time_s += *middle;
     table.has_utc = true;
+    return source;
   }
 
   std::string places_ = "auto";

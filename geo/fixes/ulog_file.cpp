@@ -373,7 +373,8 @@ std::string UlogTopic::where(std::size_t record) const {
   return file_->at_byte((*records_)[record].offset);
 }
 
-void UlogFile::count(std::span<const core::KnownName> known, core::Ledger& ledger) const {
+void UlogFile::count(std::span<const core::KnownName> known, const IsRead& is_read,
+                     core::Ledger& ledger) const {
   for (std::size_t type = 0; type < num_messages_.size(); ++type)
     if (num_messages_[type] > 0)
       ledger.count(fmt::format("message {}", static_cast<char>(type)), known, num_messages_[type]);
@@ -383,9 +384,15 @@ void UlogFile::count(std::span<const core::KnownName> known, core::Ledger& ledge
       ledger.count("topic " + subscription.topic, known, subscription.num_records);
       continue;
     }
-    for (const std::string& field : formats_.find(subscription.topic)->second.order)
-      ledger.count(fmt::format("{}.{}", subscription.topic, field), known,
-                   subscription.num_records);
+    for (const std::string& field : formats_.find(subscription.topic)->second.order) {
+      const std::string name = fmt::format("{}.{}", subscription.topic, field);
+      const core::KnownName* found = core::find_known(known, name);
+      if (found != nullptr && found->is_used &&
+          !is_read(subscription.topic, subscription.instance, field))
+        ledger.ignore(name, "another topic or instance is read", subscription.num_records);
+      else
+        ledger.count(name, known, subscription.num_records);
+    }
   }
 }
 

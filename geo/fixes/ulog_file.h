@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -83,8 +84,11 @@ class UlogFile {
   /// Nothing where it holds no record.
   std::optional<UlogTopic> topic(std::string_view name, int instance) const;
 
+  /// Whether a field of an instance of a topic was read.
+  using IsRead = std::function<bool(std::string_view topic, int instance, std::string_view field)>;
   /// Counts messages by their types and topics by their names, those that are kept by their fields.
-  void count(std::span<const core::KnownName> known, core::Ledger& ledger) const;
+  void count(std::span<const core::KnownName> known, const IsRead& is_read,
+             core::Ledger& ledger) const;
   /// What was lost: dropouts, damage, a message that is cut off.
   const std::vector<std::string>& remarks() const { return remarks_; }
 

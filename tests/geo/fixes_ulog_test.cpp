@@ -209,6 +209,9 @@ TEST_F(UlogFiles, ReceiversOfBothGenerationsAreReadAndSetTheClock) {
   EXPECT_EQ(first.fixes.at(0).place, Eigen::Vector3d(42.0, 1.0, 150.0));
   EXPECT_NE(test::remarks_of(first).find("2 instances"), std::string::npos);
   EXPECT_EQ(read("ulog", "instance = 1", new_log, "ellipsoid").fixes.at(0).place.x(), 43.0);
+  // What is read of one instance is not of the other.
+  EXPECT_EQ(first.ledger.entries().at("sensor_gps.latitude_deg").num_used, 1);
+  EXPECT_EQ(first.ledger.entries().at("sensor_gps.latitude_deg").num_ignored, 1);
   const std::string message =
       refused("ulog", "instance = 2", new_log, core::ErrorKind::Input, "ellipsoid");
   EXPECT_NE(message.find("sensor_gps (instance 1)"), std::string::npos) << message;

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <random>
 
-#include "geo/paths/recorded_motion.h"
 #include "tests/geo/trajectory_support.h"
 #include "tests/support/test_data.h"
 
