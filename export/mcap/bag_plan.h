@@ -58,8 +58,8 @@ std::string ros_word(const std::string& name);
 BagPlan plan_bag(const Exporter& exporter, const capture::SequenceInfo& info,
                  const BagImages& images);
 
-/// metadata.yaml, by which rosbag2 takes the folder that holds the file for a bag (version 5, which all its releases since
-/// Foxy read).
+/// metadata.yaml, by which rosbag2 takes the folder that holds the file for a bag; of version 5, in which qualities of service
+/// are texts.
 std::string bag_metadata_yaml(const BagPlan& plan, const McapCounts& counts,
                               const std::string& file);
 
