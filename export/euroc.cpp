@@ -11,11 +11,6 @@
 // ours     range/camK: along the ray, m, float32; sky +inf, no ray NaN. kalibr/ and openvins/: the same calibration in
 //          those programs' words.
 
-#include <fmt/ranges.h>
-
-#include <algorithm>
-#include <array>
-
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/npy.h"
@@ -47,17 +42,6 @@ geo::CameraIntrinsics with_all_coefficients(geo::CameraIntrinsics intrinsics) {
   if (intrinsics.model != "opencv_fisheye") intrinsics.model = "opencv";
   intrinsics.parameters.resize(kParameters, 0.0);
   return intrinsics;
-}
-
-void check_model(const capture::CameraCalibration& camera) {
-  constexpr std::array kModels = {"pinhole", "simple_radial", "radial", "opencv", "opencv_fisheye"};
-  const std::string& model = camera.intrinsics.model;
-  if (std::find(kModels.begin(), kModels.end(), model) != kModels.end()) return;
-  fail(ErrorKind::Config,
-       "{}: camera {}/{} is of the model {}; the format holds {} (radial-tangential and "
-       "equidistant); name other rigs, or export it as terracast, which holds every model, and its "
-       "rig by `terracast rig export` for Kalibr, which knows some more",
-       kFormat, camera.rig, camera.name, model, fmt::join(kModels, ", "));
 }
 
 /// What a sequence's files are made of.
@@ -101,7 +85,7 @@ class EurocExporter final : public Exporter {
 
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     for (const ExportedCamera& camera : cameras_taken(*this, cameras))
-      check_model(cameras[static_cast<std::size_t>(camera.camera_index)]);
+      check_opencv_model(cameras[static_cast<std::size_t>(camera.camera_index)], kFormat);
   }
 
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {

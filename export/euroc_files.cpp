@@ -105,6 +105,17 @@ std::string about(const ImuBelief& belief) {
 
 }  // namespace
 
+void check_opencv_model(const capture::CameraCalibration& camera, const char* format) {
+  constexpr std::array kModels = {"pinhole", "simple_radial", "radial", "opencv", "opencv_fisheye"};
+  const std::string& model = camera.intrinsics.model;
+  if (std::find(kModels.begin(), kModels.end(), model) != kModels.end()) return;
+  fail(ErrorKind::Config,
+       "{}: camera {}/{} is of the model {}; the format holds {} (radial-tangential and "
+       "equidistant); name other rigs, or export it as terracast, which holds every model, and its "
+       "rig by `terracast rig export` for Kalibr, which knows some more",
+       format, camera.rig, camera.name, model, fmt::join(kModels, ", "));
+}
+
 ImuBelief imu_belief(const std::string& settings_toml) {
   ImuBelief belief;
   std::string section;

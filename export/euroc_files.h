@@ -25,6 +25,11 @@ struct ImuBelief {
 /// settings_toml   of the stream of an IMU
 ImuBelief imu_belief(const std::string& settings_toml);
 
+/// Refuses lenses that the layouts of EuRoC and TUM do not know.
+/// throws   Config: the camera is no pinhole with radial-tangential or equidistant distortion, or none; says which models
+///          the format holds
+void check_opencv_model(const capture::CameraCalibration& camera, const char* format);
+
 /// What an IMU shows at one time, and its state.
 struct ImuSample {
   double time_s = 0.0;

@@ -10,7 +10,8 @@
 #define TERRACAST_EXPORTERS(X) \
   X(coco)                      \
   X(colmap)                    \
-  X(euroc) X(kitti) X(kitti_object) X(kitti_raw) X(mcap) X(tartanair) X(tartanair_v1) X(terracast)
+  X(euroc)                     \
+  X(kitti) X(kitti_object) X(kitti_raw) X(mcap) X(tartanair) X(tartanair_v1) X(terracast) X(tum)
 
 namespace terracast::exporters {
 

@@ -18,6 +18,7 @@
 #include "validate/readers/tartanair.h"
 #include "validate/readers/tartanair_v1.h"
 #include "validate/readers/terracast.h"
+#include "validate/readers/tum.h"
 
 namespace terracast::validate {
 
@@ -115,6 +116,7 @@ const std::map<std::string, std::unique_ptr<const Reader>>& readers() {
     all["tartanair"] = std::make_unique<TartanAirReader>();
     all["tartanair_v1"] = std::make_unique<TartanAirV1Reader>();
     all["terracast"] = std::make_unique<TerracastReader>();
+    all["tum"] = std::make_unique<TumReader>();
     return all;
   }();
   return table;

@@ -110,8 +110,8 @@ void read_clock(const Json& json, Camera& camera) {
 
 /// Names that formats of several rigs give cameras: rig and camera, parted by a slash, of COCO by a line.
 void check_camera_name(const Dataset& dataset, const Camera& camera) {
-  const bool has_slash =
-      dataset.format == "colmap" || dataset.format == "mcap" || dataset.format == "terracast";
+  const bool has_slash = dataset.format == "colmap" || dataset.format == "mcap" ||
+                         dataset.format == "terracast" || dataset.format == "tum";
   if (camera.rig.empty() || (!has_slash && dataset.format != "coco")) return;
   std::string name = camera.rig + "/" + camera.name_in_rig;
   if (!has_slash) std::replace(name.begin(), name.end(), '/', '_');

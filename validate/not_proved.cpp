@@ -71,6 +71,16 @@ constexpr KnownFiles kKnownFiles[] = {
     {"colmap", "*/database.db"},
     {"colmap", "*/rig_config.json"},
     {"colmap", "*/georegistration.txt"},
+    {"euroc", "*/mav0/cam*/sensor.yaml"},
+    {"euroc", "*/mav0/cam*/data.csv"},
+    {"euroc", "*/mav0/cam*/data/*.png"},
+    {"euroc", "*/mav0/imu*/sensor.yaml"},
+    {"euroc", "*/mav0/imu*/data.csv"},
+    {"euroc", "*/mav0/state_groundtruth_estimate0/sensor.yaml"},
+    {"euroc", "*/mav0/state_groundtruth_estimate0/data.csv"},
+    {"euroc", "*/kalibr/*.yaml"},
+    {"euroc", "*/openvins/*.yaml"},
+    {"euroc", "*/range/cam*/*.npy"},
     {"kitti", "dataset/poses/*.txt"},
     {"kitti", "dataset/sequences/*/calib.txt"},
     {"kitti", "dataset/sequences/*/times.txt"},
@@ -111,6 +121,14 @@ constexpr KnownFiles kKnownFiles[] = {
     {"terracast", "*/normal/*.npy"},
     {"terracast", "*/flow_*/*.npy"},
     {"terracast", "*/flow_*/*_mask.png"},
+    {"tum", "*/rgb.txt"},
+    {"tum", "*/rgb/*.png"},
+    {"tum", "*/depth.txt"},
+    {"tum", "*/depth/*.png"},
+    {"tum", "*/associations.txt"},
+    {"tum", "*/groundtruth.txt"},
+    {"tum", "*/range/*.npy"},
+    {"tum", "*/trajectories/*.txt"},
 };
 
 bool always(const Dataset&) { return true; }
@@ -152,6 +170,9 @@ constexpr Row kRows[] = {
     {"", "dataset.json", "/sequences/*/origin/height_m", "a rounded place: within a metre"},
     {"kitti", "dataset.json", "/disparity/*",
      "counts of what was rounded, and the job's bounds for it"},
+    {"tum", "dataset.json", "/depth_images/*",
+     "what depth.txt states, and counts of what images of depth leave out"},
+    {"tum", "*.txt", "comment", "words for people"},
     {"kitti_object", "dataset.json", "/largest_tilt_deg",
      "of the objects' own axes, which labels leave out"},
     {"kitti_object", "dataset.json", "/num_labels/*", "counts for people"},
@@ -262,6 +283,8 @@ constexpr Row kRows[] = {
     {"tartanair tartanair_v1", "*/image_*.png", "channel *", "how bright a whole image is"},
     {"colmap", "*/images/*.png", "channel *", "how bright a whole image is"},
     {"terracast", "*/image/*.png", "channel *", "how bright a whole image is"},
+    {"euroc", "*/data/*.png", "channel *", "how bright a whole image is"},
+    {"tum", "*/rgb/*.png", "channel *", "how bright a whole image is"},
 };
 
 /// The path with the digits of its last part as *.

@@ -32,7 +32,7 @@ PoseRounding pose_rounding(const std::string& format, double distance_m) {
   // The exporter's change of frames is good to 10 nm, ours to 4 nm, and so are sums of 100 km; the
   // renderer's crossing errs by 12 roundings of as much. A product of rotations errs by some 1e-16.
   PoseRounding rounding{.position_m = 2e-8, .angle_rad = 1e-14};
-  if (format == "tartanair" || format == "tartanair_v1" || format == "euroc") {
+  if (format == "tartanair" || format == "tartanair_v1" || format == "euroc" || format == "tum") {
     rounding.position_m += std::sqrt(3.0) * 0.5e-9;  // nine decimals of a metre
     rounding.angle_rad += 4.0 * 0.5e-15;             // fifteen of a quaternion, doubled
   }

@@ -73,6 +73,13 @@ const std::vector<FormatReading>& readings() {
        "`poses.csv`.",
        {"depth-estimation", "optical-flow", "semantic-segmentation", "instance-segmentation",
         "visual-odometry"}},
+      {"tum",
+       "TUM RGB-D",
+       "Each `<sequence>/<rig>/<camera>` is a sequence of TUM's RGB-D benchmark: `rgb.txt`, "
+       "`depth.txt` and `associations.txt` list images by their time, `dataset.json` says what a "
+       "metre counts in `depth/*.png` (planar, 0 where there is none), and `evo_traj tum` opens "
+       "`groundtruth.txt`; `numpy.load` reads `range/*.npy` (along the ray, m, sky +inf).",
+       {"depth-estimation", "visual-odometry", "visual-inertial-odometry"}},
   };
   return table;
 }

@@ -1,5 +1,5 @@
-// EuRoC's layout through the whole program: a flight of two cameras and two IMUs, read by a second reader; and datasets
-// that are wrong, each found and named.
+// EuRoC's and TUM's layouts through the whole program: a flight of two cameras and two IMUs, read by a second reader; and
+// datasets that are wrong, each found and named.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -77,6 +77,10 @@ sampling = "integrated"
 [[exports]]
 format = "euroc"
 calibration = "{2}"
+
+[[exports]]
+format = "tum"
+depth_factor = 200.0
 )";
 
 Json result_of(const fs::path& report, const std::string& name) {
@@ -145,6 +149,79 @@ TEST(EurocFlight, HoldsAndReadsAsOthersReadIt) {
   // its turning, 7e-5 rad/s, and by the Coriolis force of 20 m/s, 3e-3 m/s^2.
   EXPECT_LT(measures.at("rate"), 4.0 * std::sqrt(3.0) * 1.87e-4 + 7.3e-5);
   EXPECT_LT(measures.at("force"), 4.0 * std::sqrt(3.0) * 1.86e-3 + 3e-3);
+}
+
+/// Blank-parted rows with their cells in another order.
+std::string with_blanks_in_order(const std::string& text, const std::vector<std::size_t>& order) {
+  return with_lines(text, [&](const std::string& line) {
+    std::istringstream row(line);
+    std::vector<std::string> cells, moved;
+    for (std::string cell; row >> cell;) cells.push_back(cell);
+    for (const std::size_t cell : order) moved.push_back(cells.at(cell));
+    return fmt::format("{}", fmt::join(moved, " "));
+  });
+}
+
+TEST(TumFlight, HoldsAndWrongFilesAreFoundAndNamed) {
+  const ScratchFolder scratch;
+  make_dataset(scratch / "job");
+  for (const char* name : {"structure", "georeference_position", "georeference_rotation",
+                           "reprojection_position", "oracle_depth", "sensors"}) {
+    const Json result = result_of(scratch / "job/out/report/tum", name);
+    EXPECT_TRUE(result.at("ok").boolean()) << name;
+    EXPECT_FALSE(result.at("unseen").boolean()) << name;
+  }
+  const fs::path dataset = scratch / "job/out/export/tum";
+  struct Row {
+    std::string file;
+    std::function<std::string(const std::string&)> change;
+    const char* check;
+    const char* words;
+  };
+  const auto scalar_first = [](const std::string& text) {
+    return with_blanks_in_order(text, {0, 1, 2, 3, 7, 4, 5, 6});
+  };
+  const auto replace = [](const std::string& from, const std::string& to) {
+    return [from, to](std::string text) {
+      const std::size_t at = text.find(from);
+      EXPECT_NE(at, std::string::npos) << from;
+      return at == std::string::npos ? text : text.replace(at, from.size(), to);
+    };
+  };
+  const std::string left = "pair/left/";
+  const std::vector<Row> wrong = {
+      {left + "groundtruth.txt", scalar_first, "georeference_rotation", ""},
+      {"trajectories/body.txt", scalar_first, "structure", "deg off"},
+      {"trajectories/pair/fast.txt", scalar_first, "structure", "deg off"},
+      {"trajectories/pair/fast.txt", replace("1750500000.1", "1750500000.2"), "structure",
+       "fast.txt"},
+      {left + "groundtruth.txt", replace("\n# timestamp", "\n#\n# timestamp"), "structure",
+       "3 lines that begin with #"},
+      {left + "rgb.txt", replace("rgb/1750500000.1", "rgb/1750500000.2"), "structure",
+       "the file is rgb/1750500000.2"},
+      {left + "associations.txt",
+       [](const std::string& text) {
+         return with_blanks_in_order(text, {2, 3, 0, 1});
+       },
+       "structure", "not rgb/"},
+      {left + "depth.txt", replace("depth_factor: 200", "depth_factor: 5000"), "structure",
+       "5000 a metre"},
+  };
+  for (const Row& row : wrong) {
+    SCOPED_TRACE(row.file + ": " + row.words);
+    const fs::path file = dataset / "P000" / row.file;
+    const std::string right = core::read_text_file(file);
+    core::write_file(file, row.change(right));
+    list_files_again(dataset);
+    EXPECT_EQ(run_program({"validate", dataset.string(), "--report", (scratch / "report").string(),
+                           "--quiet"})
+                  .status,
+              1);
+    const Json result = result_of(scratch / "report", row.check);
+    EXPECT_FALSE(result.at("ok").boolean());
+    EXPECT_THAT(result.at("worst").string(), HasSubstr(row.words));
+    core::write_file(file, right);
+  }
 }
 
 TEST(EurocFlight, BelievedCalibrationsAndClocksHold) {

@@ -92,6 +92,7 @@ TERRACAST_FUZZ_DATASET(mcap)
 TERRACAST_FUZZ_DATASET(tartanair)
 TERRACAST_FUZZ_DATASET(tartanair_v1)
 TERRACAST_FUZZ_DATASET(terracast)
+TERRACAST_FUZZ_DATASET(tum)
 #undef TERRACAST_FUZZ_DATASET
 
 void fuzz_cloud_las(Bytes input) { validate::parse_las(input, "fuzz.las"); }

@@ -258,7 +258,7 @@ void write_rasters_of_gdal(const SeedFolder& seeds) {
 
 void write_datasets(const SeedFolder& seeds) {
   for (const std::string format : {"coco", "colmap", "euroc", "kitti", "kitti_object", "kitti_raw",
-                                   "mcap", "tartanair", "tartanair_v1", "terracast"}) {
+                                   "mcap", "tartanair", "tartanair_v1", "terracast", "tum"}) {
     const SmallDataset dataset(format);
     std::string model;
     for (const auto& [path, bytes] : dataset.files()) {

@@ -35,6 +35,7 @@
   X(dataset_tartanair)            \
   X(dataset_tartanair_v1)         \
   X(dataset_terracast)            \
+  X(dataset_tum)                  \
   X(exr)                          \
   X(features_geojson)             \
   X(features_gpkg)                \

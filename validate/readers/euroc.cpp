@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/printable.h"
 #include "validate/readers/euroc_inertial.h"
+#include "validate/readers/named_files.h"
 #include "validate/readers/terracast_arrays.h"
 #include "validate/text.h"
 
@@ -144,29 +144,6 @@ std::vector<std::int64_t> read_stamps(const Flight& flight, const Sequence& sequ
   return stamps;
 }
 
-/// A folder of files that are called by stamps.
-/// is_optional   a folder that is neither there nor in dataset.json is a modality that the dataset does not hold
-void find_files(const Flight& flight, const std::string& folder, const std::string& suffix,
-                const std::vector<std::int64_t>& stamps, bool is_optional,
-                std::string FrameFiles::*member, Camera& camera, Findings& findings) {
-  const std::vector<std::string> found = list_folder(flight.dataset.root / folder);
-  const auto listed = flight.dataset.files.lower_bound(folder + "/");
-  const bool is_listed =
-      listed != flight.dataset.files.end() && listed->first.starts_with(folder + "/");
-  if (is_optional && found.empty() && !is_listed) return;
-  std::set<std::string> others(found.begin(), found.end());
-  for (std::size_t i = 0; i < stamps.size() && i < camera.files.size(); ++i) {
-    const std::string file = std::to_string(stamps[i]) + suffix;
-    if (others.erase(file) > 0)
-      camera.files[i].*member = folder + "/" + file;
-    else
-      findings.add(folder + "/" + file, "missing");
-  }
-  if (!others.empty())
-    findings.add(folder, fmt::format("{} files of no stamp in data.csv, such as {}", others.size(),
-                                     core::first_letters(*others.begin(), 60)));
-}
-
 void read_camera(const Flight& flight, Sequence& sequence, std::size_t index, Findings& findings) {
   Camera& camera = sequence.cameras[index];
   const std::string folder = fmt::format("{}/mav0/cam{}", sequence.path, index);
@@ -183,10 +160,19 @@ void read_camera(const Flight& flight, Sequence& sequence, std::size_t index, Fi
   if (!findings.attempt(csv,
                         [&] { stamps = read_stamps(flight, sequence, csv, camera, findings); }))
     return;
-  find_files(flight, folder + "/data", ".png", stamps, false, &FrameFiles::color, camera, findings);
+  const auto find_files = [&](const std::string& of, const char* suffix, bool is_optional,
+                              std::string FrameFiles::*member) {
+    std::vector<std::string> names;
+    for (const std::int64_t stamp_ns : stamps) names.push_back(std::to_string(stamp_ns) + suffix);
+    const std::vector<std::string> paths =
+        named_files(flight.dataset, of, names, is_optional, findings);
+    for (std::size_t i = 0; i < paths.size() && i < camera.files.size(); ++i)
+      camera.files[i].*member = paths[i];
+  };
+  find_files(folder + "/data", ".png", false, &FrameFiles::color);
   if (camera.intrinsics.plane)
-    find_files(flight, fmt::format("{}/range/cam{}", sequence.path, index), ".npy", stamps, true,
-               &FrameFiles::depth, camera, findings);
+    find_files(fmt::format("{}/range/cam{}", sequence.path, index), ".npy", true,
+               &FrameFiles::depth);
   if (!has_mount) return;
   for (std::size_t frame = 0; frame < stamps.size(); ++frame) {
     // By its own clock an image's stamp is not when it was taken.

@@ -98,14 +98,14 @@ bool is_named(const core::Json& causes, const test::Expected& expected) {
 }
 
 /// The formats of flights. terracast's own, which takes every camera, is corrupted in tests/e2e/every_camera_test.cpp,
-/// EuRoC's and MCAP, which hold sensors, in tests/e2e/euroc_flight_test.cpp and tests/e2e/mcap_flight_test.cpp.
+/// EuRoC's and MCAP, which hold sensors, and TUM's in tests/e2e/euroc_flight_test.cpp and tests/e2e/mcap_flight_test.cpp.
 /// In those of single images, which have neither poses nor depth, mistakes are findings of their
 /// readers: tests/labels/validate_test.cpp.
 std::vector<std::string> flight_formats() {
   std::vector<std::string> formats = reader_names();
   std::erase_if(formats, [](const std::string& format) {
     return format == "coco" || format == "euroc" || format == "kitti_object" || format == "mcap" ||
-           format == "terracast";
+           format == "terracast" || format == "tum";
   });
   return formats;
 }
