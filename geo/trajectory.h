@@ -93,7 +93,7 @@ struct TrajectoryKindInfo {
   std::unique_ptr<TrajectoryKind> (*make)();
 };
 
-/// The table of kinds: explore, forward, loop, orbit, recorded, survey, waypoints.
+/// The table of kinds, in the order of their names.
 std::span<const TrajectoryKindInfo> trajectory_kinds();
 
 /// A motion of a config: its kind, and beside it the kind's own keys.
