@@ -434,9 +434,10 @@ std::unique_ptr<geo::RecordedMotion> recorded_motion(const geo::WorldFrame& fram
                           std::vector<Eigen::Vector4d>(attitude_times.size(), {1, 0, 0, 0})));
 }
 
-TEST_F(Imu, RecordingsTooCoarseForItAreRefused) {
+TEST(ImuOnRecordings, ThoseTooCoarseForItAreRefused) {
+  const geo::WorldFrame frame({42.5, 1.5, 0.0});
   const auto check = [&](const std::string& keys, double fix_s, std::optional<double> attitude_s) {
-    const auto motion = recorded_motion(frame(), fix_s, attitude_s);
+    const auto motion = recorded_motion(frame, fix_s, attitude_s);
     const core::Choice<sensors::SensorInfo> sensor = sensor_of("imu", keys);
     dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(*motion);
   };
