@@ -59,13 +59,19 @@ std::string pose_head(const std::string& of_what) {
 
 /// What depth images cannot hold.
 struct DepthCount {
-  std::int64_t num_pixels = 0;    ///< that show a surface
-  std::int64_t num_left_out = 0;  ///< of these
+  std::int64_t num_pixels = 0;   ///< that show a surface
+  std::int64_t num_too_far = 0;  ///< of these, left out
+  std::int64_t num_too_near = 0;
+  std::int64_t num_behind = 0;  ///< 90 degrees or more off the axis, where depth is not above 0
   double farthest_m = 0.0;
+
+  std::int64_t num_left_out() const { return num_too_far + num_too_near + num_behind; }
 
   DepthCount& operator+=(const DepthCount& other) {
     num_pixels += other.num_pixels;
-    num_left_out += other.num_left_out;
+    num_too_far += other.num_too_far;
+    num_too_near += other.num_too_near;
+    num_behind += other.num_behind;
     farthest_m = std::max(farthest_m, other.farthest_m);
     return *this;
   }
@@ -78,11 +84,16 @@ core::Image16 depth_counts(const core::ImageF& depth_m, double factor, DepthCoun
     const auto value_m = static_cast<double>(depth_m.data()[i]);
     if (!std::isfinite(value_m)) continue;
     const double value = std::round(factor * value_m);
-    const bool fits = value >= 1.0 && value <= kMostCounts;
-    counts.data()[i] = fits ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
     ++count.num_pixels;
-    count.num_left_out += fits ? 0 : 1;
     count.farthest_m = std::max(count.farthest_m, value_m);
+    if (value_m <= 0.0)
+      ++count.num_behind;
+    else if (value < 1.0)
+      ++count.num_too_near;
+    else if (value > kMostCounts)
+      ++count.num_too_far;
+    else
+      counts.data()[i] = static_cast<std::uint16_t>(value);
   }
   return counts;
 }
@@ -147,7 +158,10 @@ class TumExporter final : public Exporter {
     core::Json depth = core::Json::object();
     depth.set("factor", depth_factor_);
     depth.set("pixels", count.num_pixels);
-    depth.set("left_out", count.num_left_out);
+    depth.set("left_out", count.num_left_out());
+    depth.set("too_far", count.num_too_far);
+    depth.set("too_near", count.num_too_near);
+    depth.set("behind", count.num_behind);
     depth.set("reach_m", reach_m());
     description.set("depth_images", std::move(depth));
     description.set("sequences", std::move(list));
@@ -173,7 +187,8 @@ class TumExporter final : public Exporter {
          "line's exposure, and its depth's the same."},
         {"depth",
          fmt::format("Along the optical axis, 16-bit PNG, {} counts a metre; 0 where no surface is "
-                     "nearer than {:.6g} m. range, where it is written: along the ray, metres, "
+                     "nearer than {:.6g} m, and where a pixel looks 90 degrees or more off the "
+                     "axis. range, where it is written: along the ray, metres, "
                      "float32; NaN where none comes in.",
                      depth_factor_, reach_m())},
         {"sky", "0 in depth, +inf in range."}};
@@ -190,15 +205,23 @@ class TumExporter final : public Exporter {
   }
 
   void tell_left_out(const DepthCount& count, const core::Log& log) const {
-    if (count.num_left_out == 0) return;
-    log.warn(
-        "{}: {} of {} pixels that show a surface are 0 in the depth images, which hold up to "
-        "{:.6g} "
-        "m with depth_factor = {}; the farthest is {:.6g} m away, for which depth_factor = {:.0f} "
-        "would "
-        "do",
-        kFormat, count.num_left_out, count.num_pixels, reach_m(), depth_factor_, count.farthest_m,
-        std::max(1.0, std::floor(kMostCounts / count.farthest_m)));
+    if (count.num_too_far > 0)
+      log.warn(
+          "{}: {} of {} pixels that show a surface are 0 in the depth images, which hold up to "
+          "{:.6g} m with depth_factor = {}; the farthest is {:.6g} m away, for which depth_factor "
+          "= {:.0f} would do",
+          kFormat, count.num_too_far, count.num_pixels, reach_m(), depth_factor_, count.farthest_m,
+          std::max(1.0, std::floor(kMostCounts / count.farthest_m)));
+    if (count.num_too_near > 0)
+      log.warn(
+          "{}: {} of {} pixels that show a surface are 0 in the depth images, being nearer "
+          "than half a count of depth_factor = {}",
+          kFormat, count.num_too_near, count.num_pixels, depth_factor_);
+    if (count.num_behind > 0)
+      log.warn(
+          "{}: {} of {} pixels that show a surface look 90 degrees or more off the axis, where "
+          "depth images hold nothing; range = true has them",
+          kFormat, count.num_behind, count.num_pixels);
   }
 
   core::Json write_sequence(const capture::SequenceReader& sequence, DatasetWriter& writer,

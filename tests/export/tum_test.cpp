@@ -113,6 +113,8 @@ struct Tum : testing::Test {
     EXPECT_EQ(told.at("factor").number(), factor);
     EXPECT_EQ(told.at("pixels").integer(), num_pixels);
     EXPECT_EQ(told.at("left_out").integer(), num_left_out);
+    EXPECT_EQ(told.at("too_far").integer(), num_left_out);
+    EXPECT_EQ(told.at("behind").integer(), 0);
     EXPECT_NEAR(told.at("reach_m").number(), 65535.0 / factor, 1e-9);
   }
 };
