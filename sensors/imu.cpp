@@ -147,7 +147,7 @@ class Imu : public Sensor, public MotionCheck {
     visit.section("accelerometer", accelerometer_,
                   "Errors of the accelerometers; without keys they show the truth.");
     visit.key("least_fixes_hz", least_fixes_hz_,
-              "On a recorded motion: as many fixes a second have to be there (their median). "
+              "On a recorded motion: as many fixes a second have to be there on average. "
               "Between sparser ones accelerations are those of a smooth curve, not the body's. 0: "
               "any.",
               core::between(0.0, 1e6));
@@ -248,22 +248,31 @@ class Imu : public Sensor, public MotionCheck {
   /// throws   Config: the recording has fewer of them a second than that
   static void refuse_if_coarse(double recorded_hz, const char* what, const char* unknown,
                                double least_hz) {
-    constexpr double kTolerance = 1e-6;  // of times that are rounded
+    constexpr double kTolerance = 1e-3;  // of times that are rounded
     if (recorded_hz >= least_hz * (1.0 - kTolerance)) return;
     core::fail(
         core::ErrorKind::Config,
-        "the recording that it flies on has {:.4g} {} a second (median); between so few the {} "
-        "are those of a smooth curve, not the body's, and at least {:.4g} a second are asked for: "
-        "take a denser recording, or accept it by least_{}_hz = {:.4g} or less (0: any)",
-        recorded_hz, what, unknown, least_hz, what, recorded_hz);
+        "the recording that it flies on has {:.4g} {} a second; between so few the {} are those "
+        "of a smooth curve, not the body's, and at least {:.4g} a second are asked for: take a "
+        "denser recording, or accept it by least_{}_hz = {:.3g} or less (0: any)",
+        recorded_hz, what, unknown, least_hz, what, rounded_down(recorded_hz));
+  }
+
+  /// To three digits, the last of numbers that are whole but for rounding kept.
+  static double rounded_down(double number) {
+    if (number <= 0.0) return 0.0;
+    constexpr double kRounding = 1e-9;
+    const double digit = std::pow(10.0, std::floor(std::log10(number)) - 2.0);
+    return std::floor(number * (1.0 + kRounding) / digit) * digit;
   }
 
   std::string sampling_ = "instant";
   InstrumentOptions gyroscope_{"radps"};
   InstrumentOptions accelerometer_{"mps2"};
-  // Vehicles accelerate at up to some 2 Hz, and turn at up to some 10 Hz: twice as many samples, and a half more.
-  double least_fixes_hz_ = 5.0;
-  double least_attitudes_hz_ = 20.0;
+  // Vehicles accelerate at up to some 2 Hz, and turn at up to some 7 Hz: twice as many samples. PX4 logs 5 and 20 a
+  // second, more or less.
+  double least_fixes_hz_ = 4.0;
+  double least_attitudes_hz_ = 15.0;
 };
 
 }  // namespace

@@ -8,16 +8,14 @@
 namespace terracast::geo {
 namespace {
 
-/// Of the steps between times that reach into a window, two times or more.
-double median_rate_hz(const std::vector<double>& times_s, const RecordedMotion::Window& window) {
-  std::vector<double> steps_s;
-  for (std::size_t i = 0; i + 1 < times_s.size(); ++i)
-    if (times_s[i + 1] > window.begin_s && times_s[i] < window.end_s)
-      steps_s.push_back(times_s[i + 1] - times_s[i]);
-  if (steps_s.empty()) return 0.0;
-  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
-  std::nth_element(steps_s.begin(), middle, steps_s.end());
-  return 1.0 / *middle;
+/// Of the steps between times that reach into a window: their number over the time that they take together. Times that
+/// differ by turns, as of loggers, do not matter to it.
+double mean_rate_hz(const std::vector<double>& times_s, const RecordedMotion::Window& window) {
+  const auto begin = std::upper_bound(times_s.begin(), times_s.end(), window.begin_s);
+  const auto end = std::lower_bound(times_s.begin(), times_s.end(), window.end_s);
+  const auto first = begin == times_s.begin() ? begin : begin - 1;
+  const auto last = end == times_s.end() ? end - 1 : end;
+  return last > first ? static_cast<double>(last - first) / (*last - *first) : 0.0;
 }
 
 }  // namespace
@@ -61,10 +59,10 @@ std::optional<double> RecordedMotion::utc_start_unix_s() const {
 }
 
 RecordedRates RecordedMotion::recorded_rates() const {
-  RecordedRates rates{.fixes_hz = median_rate_hz(position_.parameters(), window_),
+  RecordedRates rates{.fixes_hz = mean_rate_hz(position_.parameters(), window_),
                       .attitudes_hz = std::nullopt};
   if (const auto* rotation = std::get_if<RotationSpline>(&attitude_))
-    rates.attitudes_hz = median_rate_hz(rotation->knots_s(), window_);
+    rates.attitudes_hz = mean_rate_hz(rotation->knots_s(), window_);
   return rates;
 }
 

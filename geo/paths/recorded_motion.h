@@ -33,7 +33,7 @@ class RotationSpline {
   InterpolatingSplineIn<4> spline_;
 };
 
-/// How densely a motion was recorded, by the median time between its rows.
+/// How densely a motion was recorded, rows over the time that they take.
 struct RecordedRates {
   double fixes_hz = 0.0;
   std::optional<double> attitudes_hz;  ///< nothing: the attitude follows from the path

@@ -13,6 +13,7 @@
 
 #include "geo/gravity.h"
 #include "geo/paths/recorded_motion.h"
+#include "render/checked_plan.h"
 #include "sensors/motion_check.h"
 #include "tests/support/allan.h"
 #include "tests/support/expect_error.h"
@@ -411,12 +412,15 @@ TEST_F(Imu, ScalesBiasesStepsAndRangesAreWhatTheySay) {
 }
 
 /// A recorded motion of 60 s, straight on, with a place and an attitude at each step.
+/// jitter_s   by which every other time is late
 std::unique_ptr<geo::RecordedMotion> recorded_motion(const geo::WorldFrame& frame, double fix_s,
-                                                     std::optional<double> attitude_s) {
+                                                     std::optional<double> attitude_s,
+                                                     double jitter_s = 0.0) {
   constexpr double kDuration_s = 60.0;
-  const auto times_of = [](double step_s) {
+  const auto times_of = [jitter_s](double step_s) {
     std::vector<double> times;
-    for (int i = 0; i * step_s <= kDuration_s + 1e-9; ++i) times.push_back(i * step_s);
+    for (int i = 0; i * step_s <= kDuration_s + 1e-9; ++i)
+      times.push_back(i * step_s + (i % 2 == 1 ? jitter_s : 0.0));
     return times;
   };
   const std::vector<double> times = times_of(fix_s);
@@ -442,20 +446,57 @@ TEST(ImuOnRecordings, ThoseTooCoarseForItAreRefused) {
     dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(*motion);
   };
   expect_error(core::ErrorKind::Config,
-               {"1 fixes a second", "accelerations", "5 a second", "least_fixes_hz = 1 or less"},
+               {"1 fixes a second", "accelerations", "4 a second", "least_fixes_hz = 1 or less"},
                [&] { check("", 1.0, std::nullopt); });
   expect_error(
       core::ErrorKind::Config,
-      {"10 attitudes a second", "turn rates", "20 a second", "least_attitudes_hz = 10 or less"},
+      {"10 attitudes a second", "turn rates", "15 a second", "least_attitudes_hz = 10 or less"},
       [&] { check("", 0.1, 0.1); });
   EXPECT_NO_THROW(check("", 0.2, std::nullopt));
   EXPECT_NO_THROW(check("", 0.2, 0.05));
   EXPECT_NO_THROW(check("least_fixes_hz = 1.0", 1.0, std::nullopt));
   EXPECT_NO_THROW(check("least_attitudes_hz = 0.0", 0.1, 5.0));
+  // Every other message of a logger is late: as many come.
+  for (const double jitter_s : {-0.002, 0.002}) {
+    const core::Choice<sensors::SensorInfo> sensor = sensor_of("imu", "");
+    EXPECT_NO_THROW(dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(
+        *recorded_motion(frame(), 0.2, 0.05, jitter_s)));
+  }
+  // The number that a message suggests is accepted.
+  for (const double fix_s : {1.0 / 1.99996, 1.0 / 3.4999, 1.0 / 3.0001, 60.0 / 7.0}) {
+    const std::string message = [&] {
+      try {
+        check("", fix_s, std::nullopt);
+      } catch (const core::Error& error) {
+        return std::string(error.what());
+      }
+      return std::string("accepted");
+    }();
+    const std::string words = "least_fixes_hz = ";
+    const std::size_t at = message.find(words);
+    ASSERT_NE(at, std::string::npos) << message;
+    const std::string number = message.substr(at + words.size(), 5);
+    EXPECT_NO_THROW(
+        check("least_fixes_hz = " + std::to_string(std::stod(number)), fix_s, std::nullopt))
+        << message;
+  }
+  EXPECT_NO_THROW(check("least_fixes_hz = 200.0", 1.0 / 199.9954, std::nullopt));
   // What no recording was made of can be asked at any time.
   const core::Choice<sensors::SensorInfo> sensor = sensor_of("imu", "least_fixes_hz = 1e6");
   EXPECT_NO_THROW(
       dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(*figure_of_eight()));
+}
+
+TEST_F(Imu, ARecordingTooCoarseForItIsRefusedWhereAFlightIsPlanned) {
+  render::SequencePlan plan = test::small_plan(2, 16, 12);
+  plan.motion.trajectory = recorded_motion(frame(), 1.0, std::nullopt);
+  plan.sensors.push_back({.info = {}, .sensor = sensor_of("imu", "")});
+  plan.sensors[0].info.rig = "mast";
+  plan.sensors[0].info.name = "imu0";
+  expect_error(core::ErrorKind::Config, {"mast/imu0", "1 fixes a second"},
+               [&] { render::check_sensors(plan); });
+  plan.sensors[0].sensor = sensor_of("imu", "least_fixes_hz = 1.0");
+  EXPECT_NO_THROW(render::check_sensors(plan));
 }
 
 TEST_F(Imu, RefusesNegativeDensities) {
