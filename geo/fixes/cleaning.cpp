@@ -28,9 +28,7 @@ std::vector<PlacedFix> with_time(const std::vector<PlacedFix>& fixes, CleaningCo
 
 using IsSame = bool (*)(const PlacedFix&, const PlacedFix&);
 
-bool is_same_place(const PlacedFix& a, const PlacedFix& b) {
-  return a.position_world == b.position_world;
-}
+bool is_same_place(const PlacedFix& a, const PlacedFix& b) { return a.recorded == b.recorded; }
 bool is_same_but_for_height(const PlacedFix& a, const PlacedFix& b) { return a.held == b.held; }
 
 double median_of(std::vector<double> values) {

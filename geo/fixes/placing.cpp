@@ -182,16 +182,15 @@ void place_attitudes(const FixTable& table, const AttitudeFrames& frames, Placed
   }
 }
 
-/// On the shortest turn between the attitudes before and after; nothing before the first and after the last.
+/// On the shortest turn between the attitudes before and after; nothing before the first, after the last, and between
+/// two that are more than max_gap_s apart.
 std::optional<Eigen::Quaterniond> attitude_at(const std::vector<PlacedFix>& attitudes,
-                                              double time_s) {
+                                              double time_s, double max_gap_s) {
   const auto next = after(attitudes, time_s);
   if (next == attitudes.begin()) return std::nullopt;
   const PlacedFix& last = *(next - 1);
-  if (next == attitudes.end()) {
-    if (last.time_s < time_s) return std::nullopt;
-    return last.world_from_body;
-  }
+  if (last.time_s == time_s) return last.world_from_body;
+  if (next == attitudes.end() || next->time_s - last.time_s > max_gap_s) return std::nullopt;
   return last.world_from_body->slerp(share_of(time_s, last, *next), *next->world_from_body);
 }
 
@@ -199,14 +198,15 @@ std::optional<Eigen::Quaterniond> attitude_at(const std::vector<PlacedFix>& atti
 /// world_from_body   the body's attitude at each fix
 void apply_lever_arm(const Eigen::Vector3d& arm_body,
                      const std::vector<std::optional<Eigen::Quaterniond>>& world_from_body,
-                     PlacedFixes& placed) {
+                     double max_gap_s, PlacedFixes& placed) {
   std::vector<PlacedFix> moved;
   bool starts_part = false;
   for (std::size_t i = 0; i < placed.fixes.size(); ++i) {
     PlacedFix& fix = placed.fixes[i];
     starts_part |= fix.starts_part;
     const std::optional<Eigen::Quaterniond> attitude =
-        placed.attitudes.empty() ? world_from_body[i] : attitude_at(placed.attitudes, fix.time_s);
+        placed.attitudes.empty() ? world_from_body[i]
+                                 : attitude_at(placed.attitudes, fix.time_s, max_gap_s);
     if (!attitude) {
       ++placed.num_without_attitude;
       continue;
@@ -295,7 +295,8 @@ void PlacingOptions::validate(FixFrame frame, const std::string& own_above) cons
 }
 
 PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
-                        const std::string& heights_above, const TrajectoryContext& context) {
+                        const std::string& heights_above, double max_gap_s,
+                        const TrajectoryContext& context) {
   PlacedFixes placed;
   placed.attitude_from = attitude_source(table, options.attitude);
   const WorldFrame& frame = context.frame;
@@ -325,7 +326,7 @@ PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
     PlacedFix result;
     result.time_s = fix.time_s;
     result.speed_mps = fix.speed_mps;
-    result.held = fix.place;
+    result.recorded = result.held = fix.place;
     if (table.frame != FixFrame::Ecef) result.held.z() = 0.0;
     if (table.frame == FixFrame::Geodetic) {
       check_geodetic(fix, i);
@@ -355,7 +356,8 @@ PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
   }
   place_attitudes(table, frames, placed);
   if (!options.lever_arm_m.empty())
-    apply_lever_arm(Eigen::Vector3d(options.lever_arm_m.data()), world_from_body, placed);
+    apply_lever_arm(Eigen::Vector3d(options.lever_arm_m.data()), world_from_body, max_gap_s,
+                    placed);
   return placed;
 }
 

@@ -36,6 +36,8 @@ struct PlacingOptions {
 struct PlacedFix {
   double time_s = 0.0;
   Eigen::Vector3d position_world = Eigen::Vector3d::Zero();
+  /// The place as the file states it, which no lever arm moves.
+  Eigen::Vector3d recorded = Eigen::Vector3d::Zero();
   /// What a receiver holds until its next fix: the place as the file states it, without the height, which may come
   /// from another sensor.
   Eigen::Vector3d held = Eigen::Vector3d::Zero();
@@ -60,11 +62,13 @@ struct PlacedFixes {
 
 /// Fixes of a table in the world; those without a place or height are counted and left out. With above = "none", or with
 /// above = "ground" where the file states no height at all, all are height_offset_m above the ground.
-/// With a lever arm they become places of the body's reference point; fixes without an attitude of the body, or beyond
-/// the first and last of its timed attitudes, are counted and left out then.
+/// With a lever arm they become places of the body's reference point; fixes without an attitude of the body, beyond the
+/// first and last of its timed attitudes, or between two that are more than max_gap_s apart, are counted and left out
+/// then.
 /// throws   Config: no geoid or attitude where one is needed, no height anywhere; Input: no latitude or longitude,
 ///          heights beyond -12 km to 1000 km
 PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
-                        const std::string& heights_above, const TrajectoryContext& context);
+                        const std::string& heights_above, double max_gap_s,
+                        const TrajectoryContext& context);
 
 }  // namespace terracast::geo

@@ -197,7 +197,8 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
   const std::string above =
       options.placing.above.empty() ? format.heights_above() : options.placing.above;
   FixTable table = format.read(options.file.resolved, above);
-  PlacedFixes placed = place_fixes(table, options.placing, above, context);
+  PlacedFixes placed =
+      place_fixes(table, options.placing, above, options.cleaning.max_gap_s, context);
   Recording recording;
   recording.num_fixes = table.fixes.size();
   recording.num_without_place = placed.num_without_place;

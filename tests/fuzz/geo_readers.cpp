@@ -50,7 +50,8 @@ void read_fixes(std::string_view name, const fs::path& path, Bytes keys = {}) {
             .ground_height_m = [](double, double) { return 1000.0; },
             .geoid = {}};
         geo::CleaningCounts counts;
-        const geo::PlacedFixes placed = geo::place_fixes(table, options, above, context);
+        const geo::PlacedFixes placed =
+            geo::place_fixes(table, options, above, geo::CleaningOptions().max_gap_s, context);
         std::vector<geo::FixPart> parts = geo::clean_fixes(placed.fixes, {}, counts);
         geo::take_attitudes(placed.attitudes, parts);
       } catch (const core::Error& error) {
