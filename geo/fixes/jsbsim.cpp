@@ -115,6 +115,7 @@ class JsbsimFixes final : public FixFormat {
       fail(ErrorKind::Input, "{}: {} rows; up to {} are read: cut it", file.string(),
            table.num_rows(), kMostFixes);
     const Columns columns(table, file, above);
+    columns.refuse_sphere(file);
     FixTable result;
     for (std::size_t row = 0; row < table.num_rows(); ++row)
       result.fixes.push_back(columns.fix_of(row));
@@ -131,15 +132,14 @@ class JsbsimFixes final : public FixFormat {
   class Columns {
    public:
     Columns(const CsvTable& table, const std::filesystem::path& file, const std::string& above)
-        : table_(table) {
+        : table_(table), file_(file) {
       constexpr std::size_t kMostColumns = 10000;
       if (table.column_names().size() > kMostColumns)
         fail(ErrorKind::Input, "{}: {} columns; a run with all its properties has some 2000",
              file.string(), table.column_names().size());
       for (std::size_t i = 0; i < table.column_names().size(); ++i) {
         const std::string_view name = without_root(table.column_names()[i]);
-        if (!indices_.try_emplace(std::string(name), i).second)
-          fail(ErrorKind::Input, "{}: two columns are named {}", file.string(), name);
+        if (!indices_.try_emplace(std::string(name), i).second) repeated_.insert(std::string(name));
       }
       const auto time = all_of({{{"simulation/sim-time-sec", 1.0}}, {{"Time", 1.0}}});
       if (time.empty())
@@ -164,6 +164,24 @@ class JsbsimFixes final : public FixFormat {
       speed_ = all_of(
           {{{"velocities/v-north-fps", kMetresPerFoot}, {"velocities/v-east-fps", kMetresPerFoot}},
            {{"V_{North} (ft/s)", kMetresPerFoot}, {"V_{East} (ft/s)", kMetresPerFoot}}});
+    }
+
+    /// throws   Input: heights above the ellipsoid are far from those above the sea, as where the Earth is a sphere
+    void refuse_sphere(const std::filesystem::path& file) const {
+      // The sea of the Earth's gravity is up to 107 m from the ellipsoid; the sphere, up to 21 km.
+      constexpr double kMostApart_m = 200.0;
+      if (height_over_the_sea_.empty()) return;
+      for (std::size_t row = 0; row < table_.num_rows(); ++row) {
+        const auto over_the_sea = numbers(row, height_over_the_sea_);
+        const double height_m = fix_of(row).place.z();
+        if (!over_the_sea || !(std::abs(height_m - (*over_the_sea)[0]) > kMostApart_m)) continue;
+        fail(ErrorKind::Input,
+             "{}, line {}: {:.1f} m above the ellipsoid and {:.1f} m above the sea ({}), which are "
+             "{:.0f} m apart or less on the Earth: this run's Earth is a sphere, as in older "
+             "stand-alone versions of JSBSim; above = \"egm96\" takes the heights above its sea",
+             file.string(), table_.line(row), height_m, (*over_the_sea)[0],
+             table_.column_names()[height_over_the_sea_.front().index], kMostApart_m);
+      }
     }
 
     Fix fix_of(std::size_t row) const {
@@ -195,6 +213,10 @@ class JsbsimFixes final : public FixFormat {
         for (const Column& column : *columns) used.insert(column.index);
       const auto num_rows = static_cast<std::int64_t>(table_.num_rows());
       for (const auto& [name, index] : indices_) {
+        if (repeated_.contains(name)) {
+          result.ledger.ignore(name, "stands in several columns, and is not needed", num_rows);
+          continue;
+        }
         const core::KnownName* known = core::find_known(kKnown, name);
         if (known != nullptr && known->is_used && !used.contains(index)) {
           result.ledger.ignore(name, "another column states it, or it is not asked for", num_rows);
@@ -213,13 +235,18 @@ class JsbsimFixes final : public FixFormat {
 
    private:
     /// The first group of spellings of which all are there; empty: none is.
+    /// throws   Input: one of them names several columns
     std::vector<Column> all_of(const std::vector<std::vector<Spelling>>& groups) const {
       for (const std::vector<Spelling>& group : groups) {
         std::vector<Column> columns;
         for (const Spelling& spelling : group)
           if (const auto found = indices_.find(spelling.name); found != indices_.end())
             columns.push_back({found->second, spelling.si});
-        if (columns.size() == group.size()) return columns;
+        if (columns.size() != group.size()) continue;
+        for (const Spelling& spelling : group)
+          if (repeated_.contains(spelling.name))
+            fail(ErrorKind::Input, "{}: two columns are named {}", file_.string(), spelling.name);
+        return columns;
       }
       return {};
     }
@@ -255,14 +282,16 @@ class JsbsimFixes final : public FixFormat {
           {{"Altitude ASL (ft)", kMetresPerFoot}}};
       if (above == "none") return;
       if (above == "ellipsoid") {
+        height_over_the_sea_ = all_of(over_the_sea);
         takes_height_of_ecef_ = !ecef_.empty();
         if (takes_height_of_ecef_) return;
         height_ = all_of({{{"position/geod-alt-ft", kMetresPerFoot}}});
-        if (height_.empty() && !(height_ = all_of(over_the_sea)).empty())
-          remarks_.push_back(fmt::format(
-              "heights are those of {}, which is above the ellipsoid, or by version above a sphere "
-              "that is some metres off; position/geod-alt-ft would say it",
-              table_.column_names()[height_.front().index]));
+        if (height_.empty() && !(height_ = height_over_the_sea_).empty())
+          remarks_.push_back(
+              fmt::format("heights are those of {}, taken to be above the ellipsoid; older "
+                          "stand-alone versions "
+                          "of JSBSim count them from a sphere of 20925650 ft, for a sea level",
+                          table_.column_names()[height_.front().index]));
       } else if (above == "egm96") {
         height_ = all_of(over_the_sea);
       } else if (above == "ground") {
@@ -293,9 +322,12 @@ class JsbsimFixes final : public FixFormat {
     }
 
     const CsvTable& table_;
+    const std::filesystem::path& file_;
     std::map<std::string, std::size_t, std::less<>> indices_;
+    std::set<std::string, std::less<>> repeated_;  ///< names of several columns
     Column time_{};
     std::vector<Column> ecef_, level_, height_, attitude_, speed_;
+    std::vector<Column> height_over_the_sea_;  ///< of above = "ellipsoid", to compare with
     bool takes_height_of_ecef_ = false;
     std::vector<std::string> remarks_;
   };
