@@ -102,7 +102,7 @@ class AdsbFixes final : public FixFormat {
     const Columns columns(table, layout, altitude_column(table, layout, file, above));
     const Rows rows = rows_of_aircraft(table, file);
     FixTable result;
-    result.has_utc = true;
+    result.zero_unix_s = 0.0;
     std::size_t num_without_zone = 0;
     for (std::size_t row = 0; row < table.num_rows(); ++row)
       if (rows.is_wanted[row])

@@ -109,7 +109,7 @@ class CsvFixes final : public FixFormat {
     CsvTimes times(times_, table);
     FixTable result;
     result.frame = frame();
-    result.has_utc = times.has_utc();
+    if (times.has_utc()) result.zero_unix_s = 0.0;
     if (attitude_frame_ == "ecef") result.attitude_frame = AttitudeFrame::Ecef;
     if (attitude_frame_ == "local") result.attitude_frame = AttitudeFrame::Local;
     result.fixes.reserve(table.num_rows());

@@ -51,12 +51,11 @@ class EurocFixes final : public FixFormat {
  public:
   void describe(core::SchemaVisitor& visit) override {
     visit.key("attitude_axes", attitude_axes_,
-              "The axes that the quaternions turn: forward left up, forward right down, or right "
-              "down forward (a camera).",
-              core::one_of({"flu", "frd", "rdf"}));
-    visit.key("unix_times", unix_times_,
-              "Times count from 1970 UTC, not from any zero. Without it the first is 0, and all "
-              "digits of the nanoseconds are kept.");
+              "The axes that the quaternions turn: forward left up, forward right down, right "
+              "down forward (a camera), or up right forward (the inertial unit of EuRoC's own "
+              "datasets).",
+              core::one_of({"flu", "frd", "rdf", "urf"}));
+    visit.key("unix_times", unix_times_, "Times count from 1970 UTC, not from any zero.");
   }
   std::unique_ptr<FixFormat> clone() const override { return std::make_unique<EurocFixes>(*this); }
   FixFrame frame() const override { return FixFrame::Local; }
@@ -72,11 +71,12 @@ class EurocFixes final : public FixFormat {
     FixTable result;
     result.frame = FixFrame::Local;
     result.attitude_frame = AttitudeFrame::Local;
-    result.has_utc = unix_times_;
     std::optional<std::int64_t> first_ns;
     for (std::size_t row = 0; row < table.num_rows(); ++row)
       result.fixes.push_back(fix_of(table, row, columns, first_ns));
+    if (unix_times_ && first_ns) result.zero_unix_s = static_cast<double>(*first_ns) / kPerSecond;
     columns.count(result);
+    remark_if_tilted(result);
     return result;
   }
 
@@ -90,16 +90,14 @@ class EurocFixes final : public FixFormat {
              table.column_names().size());
       for (std::size_t i = 0; i < table.column_names().size(); ++i)
         if (!indices_.try_emplace(std::string(without_unit(table.column_names()[i])), i).second)
-          fail(ErrorKind::Input, "{}: two columns are named {}", file.string(),
-               without_unit(table.column_names()[i]));
+          repeated_.insert(std::string(without_unit(table.column_names()[i])));
       time = required("timestamp", file);
       for (const std::string_view name : {"p_RS_R_x", "p_RS_R_y", "p_RS_R_z"})
         place.push_back(required(name, file));
       for (const std::string_view name : {"q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z"})
         attitude.push_back(required(name, file));
       for (const std::string_view name : {"v_RS_R_x", "v_RS_R_y"})
-        if (const auto found = indices_.find(name); found != indices_.end())
-          speed.push_back(found->second);
+        if (indices_.contains(name)) speed.push_back(required(name, file));
     }
 
     /// Nothing where a cell is empty, or where there are no such columns.
@@ -118,6 +116,10 @@ class EurocFixes final : public FixFormat {
     void count(FixTable& result) const {
       const auto num_rows = static_cast<std::int64_t>(table_.num_rows());
       for (const auto& [name, index] : indices_) {
+        if (repeated_.contains(name)) {
+          result.ledger.ignore(name, "stands in several columns, and is not needed", num_rows);
+          continue;
+        }
         std::size_t num_empty = 0;
         for (std::size_t row = 0; row < table_.num_rows(); ++row)
           num_empty += table_.is_empty(row, index) ? 1 : 0;
@@ -133,6 +135,8 @@ class EurocFixes final : public FixFormat {
 
    private:
     std::size_t required(std::string_view name, const std::filesystem::path& file) const {
+      if (repeated_.contains(name))
+        fail(ErrorKind::Input, "{}: two columns are named {}", file.string(), name);
       if (const auto found = indices_.find(name); found != indices_.end()) return found->second;
       fail(ErrorKind::Input,
            "{}: there is no column {}; states of EuRoC have timestamp, p_RS_R_x to z and q_RS_w to "
@@ -142,6 +146,7 @@ class EurocFixes final : public FixFormat {
 
     const CsvTable& table_;
     std::map<std::string, std::size_t, std::less<>> indices_;
+    std::set<std::string, std::less<>> repeated_;  ///< names of several columns
   };
 
   Fix fix_of(const CsvTable& table, std::size_t row, const Columns& columns,
@@ -163,11 +168,30 @@ class EurocFixes final : public FixFormat {
     return fix;
   }
 
-  /// Not a number where the cell is empty.
+  /// A vehicle is upright most of the time.
+  void remark_if_tilted(FixTable& table) const {
+    constexpr double kLeastMean = 0.5;
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (const Fix& fix : table.fixes) {
+      if (!fix.attitude) continue;
+      sum += (*fix.attitude * Eigen::Vector3d::UnitZ()).z();
+      ++count;
+    }
+    if (count == 0 || sum >= kLeastMean * static_cast<double>(count)) return;
+    table.remarks.push_back(
+        fmt::format("with attitude_axes = \"{}\" the body's z axis points up by {:.2f} on average, "
+                    "where 1 is upright: are these the axes? The inertial unit of EuRoC's own "
+                    "datasets has attitude_axes = \"urf\"",
+                    attitude_axes_, sum / static_cast<double>(count)));
+  }
+
+  static constexpr double kPerSecond = 1e9;
+
+  /// Since the first of the times; not a number where the cell is empty.
   double time_of(const CsvTable& table, std::size_t row, std::size_t column,
                  std::optional<std::int64_t>& first_ns) const {
     if (table.is_empty(row, column)) return Fix().time_s;
-    constexpr double kPerSecond = 1e9;
     const std::string_view text = trimmed(table.cell(row, column));
     std::int64_t time_ns = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), time_ns);
@@ -176,17 +200,13 @@ class EurocFixes final : public FixFormat {
            "{}: timestamp = {} is no whole number of nanoseconds; other times are read by format = "
            "\"csv\"",
            table.where(row), text.substr(0, 80));
-    if (!unix_times_) {
-      if (!first_ns) first_ns = time_ns;
-      return static_cast<double>(time_ns - *first_ns) / kPerSecond;
-    }
-    const double time_s = static_cast<double>(time_ns) / kPerSecond;
-    if (!is_unix_time(time_s))
+    if (unix_times_ && !is_unix_time(static_cast<double>(time_ns) / kPerSecond))
       fail(ErrorKind::Input,
            "{}: timestamp = {} is no time between 1900 and 2200 in nanoseconds since 1970; times "
            "from another zero have unix_times = false",
            table.where(row), text.substr(0, 80));
-    return time_s;
+    if (!first_ns) first_ns = time_ns;
+    return static_cast<double>(time_ns - *first_ns) / kPerSecond;
   }
 
   std::string attitude_axes_ = "flu";

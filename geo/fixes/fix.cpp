@@ -19,6 +19,8 @@ Eigen::Quaterniond axes_from_body(const std::string& axes) {
   if (axes == "flu") return Eigen::Quaterniond::Identity();
   if (axes == "frd")
     return Eigen::Quaterniond(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal().toDenseMatrix());
+  if (axes == "urf")
+    return Eigen::Quaterniond((Eigen::Matrix3d() << 0, 0, 1, 0, -1, 0, 1, 0, 0).finished());
   TERRACAST_CHECK(axes == "rdf", "axes {}", axes);
   return Eigen::Quaterniond(rig_from_rdf().transpose());
 }

@@ -59,8 +59,12 @@ struct FixTable {
   std::vector<TimedAttitude> attitudes;
   FixFrame frame = FixFrame::Geodetic;
   AttitudeFrame attitude_frame = AttitudeFrame::PlaceEnu;
-  bool has_utc = false;          ///< times count from 1970-01-01T00:00:00Z, else from any zero
+  /// UTC at which the file's clock shows 0, in seconds since 1970-01-01T00:00:00Z; nothing: it is not known. Apart from
+  /// the times, which as seconds since 1970 would be rounded to 2.4e-7 s.
+  std::optional<double> zero_unix_s;
   std::optional<Geodetic> home;  ///< the place (not the height) of take-off
+
+  bool has_utc() const { return zero_unix_s.has_value(); }
 
   core::Ledger ledger;  ///< columns, elements, attributes, fields
   std::map<std::string, std::size_t>
@@ -80,7 +84,7 @@ Eigen::Quaterniond enu_from_body_by_ned_angles(double yaw_rad, double pitch_rad,
 Eigen::Quaterniond rotation_by_angles(double yaw_rad, double pitch_rad, double roll_rad);
 
 /// Axes that files give a body: flu, frd (x forward, y right, z down), rdf (x right, y down, z
-/// forward). Returns axes_from_body.
+/// forward), urf (x up, y right, z forward). Returns axes_from_body.
 Eigen::Quaterniond axes_from_body(const std::string& axes);
 
 /// Takes north-east-down into east-north-up, and back.

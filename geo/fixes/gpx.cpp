@@ -239,7 +239,7 @@ class GpxFixes final : public FixFormat {
       fail(ErrorKind::Input, "{}: there is no <gpx> at the top but <{}>; this is no GPX file",
            file.string(), gpx.name());
     FixTable table;
-    table.has_utc = true;
+    table.zero_unix_s = 0.0;
     GpxReading reading(file, text, gpx, above != "none", table);
     reading.read(chosen(reading.count_kinds(), file, table));
     if (reading.num_without_zone() > 0)

@@ -85,7 +85,7 @@ class OxtsFixes final : public FixFormat {
       fail(ErrorKind::Input,
            "{} holds {} times and {} holds {} packets; there is to be one time a packet",
            times_file.string(), times.size(), (folder / "data").string(), packets.size());
-    table.has_utc = true;
+    table.zero_unix_s = 0.0;
     for (std::size_t i = 0; i < packets.size(); ++i) {
       Fix fix = fix_of(packets[i], table.ledger);
       fix.time_s = unix_seconds_from_text(times[i], utc_offset_h_,

@@ -213,7 +213,7 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
     recording.facts.remarks.push_back(fmt::format(
         "no heights are read: it is flown {:g} m above the ground, as height_offset_m says",
         options.placing.height_offset_m));
-  recording.has_utc = table.has_utc && options.timing == "recorded";
+  if (options.timing == "recorded") recording.zero_unix_s = table.zero_unix_s;
   if (options.timing == "speed" && placed.attitude_from == "body" && !placed.attitudes.empty())
     fail(ErrorKind::Config,
          "{}: its attitudes have times of their own, which timing = \"speed\" gives up; fly it by "
@@ -232,6 +232,7 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
          options.file.resolved.string(), kFewestFixes, summary_of(recording, options),
          way_out(recording, options));
   recording.zero_s = parts.front().positions.front().time_s;
+  if (recording.zero_unix_s) *recording.zero_unix_s += recording.zero_s;
   const Flattened flattened(context.frame.origin());
   std::optional<core::Error> unfit;
   for (const FixPart& part : parts) {

@@ -60,9 +60,9 @@ struct Recording {
   std::size_t num_attitudes_repeated = 0;
   std::size_t num_attitudes_without_time = 0;
   CleaningCounts dropped;
-  std::string attitude_from;  ///< gimbal, body or path
-  double zero_s = 0.0;        ///< on the file's clock
-  bool has_utc = false;       ///< that clock is UTC from 1970
+  std::string attitude_from;          ///< gimbal, body or path
+  double zero_s = 0.0;                ///< on the file's clock
+  std::optional<double> zero_unix_s;  ///< the same instant in UTC since 1970, where it is known
   std::vector<SmoothPart> parts;
   FileFacts facts;
 };

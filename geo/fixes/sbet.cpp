@@ -80,9 +80,7 @@ class SbetFixes final : public FixFormat {
       fail(ErrorKind::Input, "{}: {} records; up to {} are read: cut it", file.string(),
            num_records, kMostFixes);
     FixTable table;
-    table.has_utc = !gps_date_.empty();
     UnwrappedTime unwrapped(time_in_ == "gps_week" ? kWeek_s : 86400.0);
-    const double zero_gps_s = table.has_utc ? zero_of_times_gps_s() : 0.0;
     for (std::size_t i = 0; i < num_records; ++i) {
       const std::string where = fmt::format("{}, record {} (counted from 0) at byte {}",
                                             file.string(), i, i * kRecordSize);
@@ -90,14 +88,17 @@ class SbetFixes final : public FixFormat {
       table.fixes.push_back(fix_of(record, above, where));
       Fix& fix = table.fixes.back();
       fix.time_s = unwrapped.next_s(fix.time_s);
-      if (table.has_utc) fix.time_s = unix_seconds_from_gps(zero_gps_s + fix.time_s);
     }
+    // Its clock knows no leap seconds: those of its beginning hold for the whole record.
+    const double first_s = table.fixes.front().time_s;
+    if (!gps_date_.empty())
+      table.zero_unix_s = unix_seconds_from_gps(zero_of_times_gps_s() + first_s) - first_s;
     for (const std::string_view field : kFields)
       if (field == kFields[Altitude] && above == "none")
         table.ledger.ignore(field, kNoHeightsWanted, static_cast<std::int64_t>(num_records));
       else
         table.ledger.count(field, kKnown, static_cast<std::int64_t>(num_records));
-    if (!table.has_utc)
+    if (!table.has_utc())
       table.remarks.push_back(
           "its times are of a week that it does not name; gps_date would say which, for UTC");
     return table;

@@ -323,9 +323,9 @@ class SrtReading {
   void choose_times() {
     std::size_t num_dated = 0;
     for (const auto& date : dates_s_) num_dated += date ? 1 : 0;
-    table_.has_utc = num_dated > 0;
+    if (num_dated > 0) table_.zero_unix_s = 0.0;
     for (std::size_t i = 0; i < table_.fixes.size(); ++i) {
-      const auto& time = table_.has_utc ? dates_s_[i] : starts_s_[i];
+      const auto& time = table_.has_utc() ? dates_s_[i] : starts_s_[i];
       if (time) table_.fixes[i].time_s = *time;
     }
     if (num_dated > 0 && num_dated < table_.fixes.size())

@@ -47,7 +47,7 @@ class TumFixes final : public FixFormat {
     FixTable table;
     table.frame = FixFrame::Local;
     table.attitude_frame = AttitudeFrame::Local;
-    table.has_utc = unix_times_;
+    if (unix_times_) table.zero_unix_s = 0.0;
     std::size_t line_number = 0;
     for (const std::string_view line : lines_of_text(text)) {
       ++line_number;

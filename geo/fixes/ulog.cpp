@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "geo/fixes/fix_format.h"
+#include "geo/fixes/times.h"
 #include "geo/fixes/ulog_file.h"
 #include "geo/units.h"
 
@@ -18,6 +19,8 @@ constexpr std::string_view kLocal = "vehicle_local_position";
 constexpr std::string_view kGps = "vehicle_gps_position";
 constexpr std::string_view kReceiver = "sensor_gps";
 constexpr std::string_view kAttitude = "vehicle_attitude";
+constexpr std::string_view kBootTime = "boot_time_utc_us";  // information, of newer programs
+constexpr double kPerSecond = 1e6;
 
 constexpr std::string_view kRest = "not needed for the motion";
 constexpr std::string_view kNoTopic = "states neither the vehicle's place nor its attitude";
@@ -30,7 +33,9 @@ constexpr std::array kKnown = {
     core::KnownName{"message O", "dropouts, of which the log tells"},
     core::KnownName{"message S", "marks by which reading goes on after damage"},
     core::KnownName{"message C", "messages to the pilot", false},
-    core::KnownName{"message I", "the vehicle and its program", false},
+    core::KnownName{"message I",
+                    "the vehicle and its program; UTC of the start, where no receiver states it",
+                    false},
     core::KnownName{"message L", "messages to the pilot", false},
     core::KnownName{"message M", "the vehicle and its program", false},
     core::KnownName{"message P", "settings", false},
@@ -122,7 +127,6 @@ Eigen::Vector2d moved_on_sphere(double lat_deg, double lon_deg, double north_m, 
 
 /// Of the estimate's moment, where the topic states it: messages come some milliseconds later.
 double time_of(const UlogTopic& topic, std::size_t i) {
-  constexpr double kPerSecond = 1e6;
   if (topic.has_field("timestamp_sample"))
     if (const double sampled = topic.number(i, "timestamp_sample"); sampled > 0.0)
       return sampled / kPerSecond;
@@ -396,8 +400,8 @@ class UlogFixes final : public FixFormat {
   }
 
   /// The receiver states UTC beside the time since the start; the median of their differences holds for the whole log.
+  /// Where it states none, that of the start which newer logs hold.
   static Source count_from_1970(const UlogFile& log, FixTable& table) {
-    constexpr double kPerSecond = 1e6, kIn2000_s = 946684800.0;
     std::vector<double> starts_unix_s;
     Source source;
     for (const std::string_view name : {kGps, kReceiver}) {
@@ -406,20 +410,43 @@ class UlogFixes final : public FixFormat {
       const UlogTopic topic = *log.topic(name, instances.front());
       if (!topic.has_field("time_utc_usec")) continue;
       source = {name, instances.front()};
-      for (std::size_t i = 0; i < topic.num_records(); ++i) {
-        const double utc_s = topic.number(i, "time_utc_usec") / kPerSecond;
-        if (utc_s > kIn2000_s)
-          starts_unix_s.push_back(utc_s - topic.number(i, "timestamp") / kPerSecond);
-      }
+      starts_unix_s = starts_of(topic, table);
     }
-    if (starts_unix_s.empty()) return {};
+    if (starts_unix_s.empty()) {
+      const auto boot_us = log.information("uint64_t " + std::string(kBootTime));
+      const double boot_s = boot_us ? static_cast<double>(*boot_us) / kPerSecond : 0.0;
+      if (boot_us && is_plausible(boot_s)) table.zero_unix_s = boot_s;
+      return {};
+    }
     const auto middle =
         starts_unix_s.begin() + static_cast<std::ptrdiff_t>(starts_unix_s.size() / 2);
     std::nth_element(starts_unix_s.begin(), middle, starts_unix_s.end());
-    for (Fix& fix : table.fixes) fix.time_s += *middle;
-    for (TimedAttitude& attitude : table.attitudes) attitude.time_s += *middle;
-    table.has_utc = true;
+    table.zero_unix_s = *middle;
     return source;
+  }
+
+  /// From 2000 to 2200.
+  static bool is_plausible(double utc_s) {
+    constexpr double kIn2000_s = 946684800.0;
+    return utc_s > kIn2000_s && is_unix_time(utc_s);
+  }
+
+  /// UTC of the log's time 0 by each record of a receiver that states a time; times that cannot be are told.
+  static std::vector<double> starts_of(const UlogTopic& topic, FixTable& table) {
+    std::vector<double> starts_unix_s;
+    std::size_t num_wrong = 0;
+    for (std::size_t i = 0; i < topic.num_records(); ++i) {
+      const double utc_s = topic.number(i, "time_utc_usec") / kPerSecond;
+      if (is_plausible(utc_s))
+        starts_unix_s.push_back(utc_s - topic.number(i, "timestamp") / kPerSecond);
+      else if (utc_s != 0.0)  // it knows none yet
+        ++num_wrong;
+    }
+    if (num_wrong > 0)
+      table.remarks.push_back(
+          fmt::format("{} times of {} are not between 2000 and 2200, and are not taken for UTC",
+                      num_wrong, topic.name()));
+    return starts_unix_s;
   }
 
   std::string places_ = "auto";

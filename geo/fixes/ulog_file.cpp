@@ -14,6 +14,7 @@ using core::fail;
 
 constexpr std::size_t kHeaderSize = 16;
 constexpr std::size_t kMessageHeaderSize = 3;
+constexpr std::string_view kTypes = "ABCDFILMOPQRS";
 constexpr std::array<unsigned char, 7> kMagic = {'U', 'L', 'o', 'g', 0x01, 0x12, 0x35};
 /// A synchronisation mark whole: its size, its type, and eight bytes that stand nowhere else.
 constexpr std::array<unsigned char, 11> kMark = {8,    0,    'S',  0x2F, 0x73, 0x13,
@@ -24,6 +25,16 @@ constexpr std::size_t kMostFormats = 2000;
 constexpr std::size_t kMostFields = 1000;
 constexpr int kMostNested = 16;
 constexpr std::size_t kMostRecords = 8'000'000;
+
+/// A message that contradicts itself, or those before it: damage, over which a synchronisation mark helps.
+struct Contradiction {
+  std::string words;
+};
+
+template <class... Parts>
+[[noreturn]] void contradict(fmt::format_string<Parts...> words, Parts&&... parts) {
+  throw Contradiction{fmt::format(words, std::forward<Parts>(parts)...)};
+}
 
 /// Nothing where the type is another format's name.
 std::optional<std::size_t> size_of_basic(std::string_view type) {
@@ -118,26 +129,59 @@ void UlogFile::read_header() {
          bytes_.size(), kHeaderSize);
 }
 
+bool UlogFile::has_message(std::size_t at, std::size_t end) const {
+  if (end - at < kMessageHeaderSize) return false;
+  const char type = number_at<char>(bytes_, at + 2);
+  return is_word(std::string_view(&type, 1), "") &&
+         number_at<std::uint16_t>(bytes_, at) <= end - at - kMessageHeaderSize;
+}
+
+bool UlogFile::is_followed(std::size_t next, std::size_t end) const {
+  if (next == end) return true;
+  if (!has_message(next, end)) return false;
+  const auto is_known = [&](std::size_t at) {
+    return kTypes.find(number_at<char>(bytes_, at + 2)) != std::string_view::npos;
+  };
+  if (is_known(next)) return true;
+  const std::size_t second = next + kMessageHeaderSize + number_at<std::uint16_t>(bytes_, next);
+  return second == end || (has_message(second, end) && is_known(second));
+}
+
+bool UlogFile::is_doubtful(std::size_t at, std::size_t end) {
+  const std::optional<std::size_t> mark = next_mark(at + 1, end);
+  if (!mark) return false;
+  const std::size_t next = at + kMessageHeaderSize + number_at<std::uint16_t>(bytes_, at);
+  if (*mark < next) return true;
+  const char type = number_at<char>(bytes_, at + 2);
+  const bool may_be_shifted = type == 'D' || kTypes.find(type) == std::string_view::npos;
+  return may_be_shifted && !is_followed(next, end);
+}
+
 void UlogFile::read_section(std::size_t begin, std::size_t end) {
   std::size_t at = begin;
   while (at < end) {
-    const bool has_header = end - at >= kMessageHeaderSize;
-    const std::size_t size = has_header ? number_at<std::uint16_t>(bytes_, at) : 0;
-    const char type = has_header ? number_at<char>(bytes_, at + 2) : '\0';
-    const bool is_type = is_word(std::string_view(&type, 1), "");
-    if (has_header && is_type && size <= end - at - kMessageHeaderSize) {
-      take(type, at + kMessageHeaderSize, size);
-      at += kMessageHeaderSize + size;
-      continue;
+    std::string contradiction;
+    if (has_message(at, end) && !is_doubtful(at, end)) {
+      const std::size_t size = number_at<std::uint16_t>(bytes_, at);
+      try {
+        take(number_at<char>(bytes_, at + 2), at + kMessageHeaderSize, size);
+        at += kMessageHeaderSize + size;
+        continue;
+      } catch (const Contradiction& found) {
+        contradiction = found.words;
+      }
     }
-    const std::optional<std::size_t> mark = next_mark(at + 1, end);
-    if (mark) {
+    if (const std::optional<std::size_t> mark = next_mark(at + 1, end)) {
       if (num_damages_++ == 0) first_damage_ = at;
       damaged_bytes_ += *mark - at;
       at = *mark;
       continue;
     }
-    if (has_header && !is_type)
+    if (!contradiction.empty())
+      fail(ErrorKind::Input, "{}; no synchronisation mark follows: the log is damaged",
+           contradiction);
+    const char type = end - at >= kMessageHeaderSize ? number_at<char>(bytes_, at + 2) : 'D';
+    if (!is_word(std::string_view(&type, 1), ""))
       fail(ErrorKind::Input,
            "{}: no message begins here (its type would be {:#04x}, not a letter), and no "
            "synchronisation mark follows: the log is damaged",
@@ -148,22 +192,29 @@ void UlogFile::read_section(std::size_t begin, std::size_t end) {
 }
 
 void UlogFile::take(char type, std::size_t begin, std::size_t size) {
-  ++num_messages_[static_cast<unsigned char>(type)];
   switch (type) {
     case 'B':
-      fail(ErrorKind::Input, "{}: flags; they are the first message of a log, at byte {}",
-           at_byte(begin - kMessageHeaderSize), kHeaderSize);
+      contradict("{}: flags; they are the first message of a log, at byte {}",
+                 at_byte(begin - kMessageHeaderSize), kHeaderSize);
     case 'F':
-      return take_format(begin, size);
+      take_format(begin, size);
+      break;
     case 'A':
-      return take_subscription(begin, size);
+      take_subscription(begin, size);
+      break;
     case 'D':
-      return take_data(begin, size);
+      take_data(begin, size);
+      break;
+    case 'I':
+      take_information(begin, size);
+      break;
     case 'O':
-      return take_dropout(begin, size);
+      take_dropout(begin, size);
+      break;
     default:  // is counted, and holds no motion
-      return;
+      break;
   }
+  ++num_messages_[static_cast<unsigned char>(type)];
 }
 
 void UlogFile::take_flags(std::size_t begin, std::size_t size) {
@@ -207,11 +258,11 @@ void UlogFile::take_format(std::size_t begin, std::size_t size) {
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
   }
   if (!is_right || format.order.empty())
-    fail(ErrorKind::Input,
-         "{}: \"{}\" defines no format; it is to be name:type field;type[count] field; with up to "
-         "{} "
-         "different fields",
-         at_byte(begin), whole.substr(0, 80), kMostFields);
+    contradict(
+        "{}: \"{}\" defines no format; it is to be name:type field;type[count] field; with up to "
+        "{} "
+        "different fields",
+        at_byte(begin), whole.substr(0, 80), kMostFields);
   if (formats_.size() >= kMostFormats)
     fail(ErrorKind::Input, "{}: more than {} formats", at_byte(begin), kMostFormats);
   const auto [known, is_new] = formats_.try_emplace(name, format);
@@ -221,39 +272,45 @@ void UlogFile::take_format(std::size_t begin, std::size_t size) {
   };
   if (!is_new && (known->second.order != format.order ||
                   !std::all_of(format.order.begin(), format.order.end(), is_same)))
-    fail(ErrorKind::Input, "{}: format {} is defined a second time, otherwise than before",
-         at_byte(begin), name);
+    contradict("{}: format {} is defined a second time, otherwise than before", at_byte(begin),
+               name);
 }
 
 void UlogFile::take_subscription(std::size_t begin, std::size_t size) {
   constexpr std::size_t kNameAt = 3;
   if (size <= kNameAt)
-    fail(ErrorKind::Input, "{}: a subscription of {} bytes has no name", at_byte(begin), size);
+    contradict("{}: a subscription of {} bytes has no name", at_byte(begin), size);
   Subscription subscription{.topic = std::string(text(begin + kNameAt, size - kNameAt)),
                             .instance = number_at<std::uint8_t>(bytes_, begin)};
   const auto id = number_at<std::uint16_t>(bytes_, begin + 1);
   if (!formats_.contains(subscription.topic))
-    fail(ErrorKind::Input, "{}: \"{}\" is subscribed to, and no format before defines it",
-         at_byte(begin), subscription.topic.substr(0, 80));
+    contradict("{}: \"{}\" is subscribed to, and no format before defines it", at_byte(begin),
+               subscription.topic.substr(0, 80));
   if (kept_.contains(subscription.topic))
     subscription.records = &records_[{subscription.topic, subscription.instance}];
   const auto [known, is_new] = subscriptions_.try_emplace(id, subscription);
   if (!is_new && (known->second.topic != subscription.topic ||
                   known->second.instance != subscription.instance))
-    fail(ErrorKind::Input, "{}: the number {} is that of {} already, and now of {}", at_byte(begin),
-         id, known->second.topic, subscription.topic);
+    contradict("{}: the number {} is that of {} already, and now of {}", at_byte(begin), id,
+               known->second.topic, subscription.topic);
 }
 
 void UlogFile::take_data(std::size_t begin, std::size_t size) {
   if (size < 2)
-    fail(ErrorKind::Input, "{}: a record of {} bytes has no number of its topic", at_byte(begin),
-         size);
+    contradict("{}: a record of {} bytes has no number of its topic", at_byte(begin), size);
   const auto found = subscriptions_.find(number_at<std::uint16_t>(bytes_, begin));
   if (found == subscriptions_.end()) {
     ++num_without_subscription_;
     return;
   }
   Subscription& subscription = found->second;
+  if (subscription.records != nullptr) {
+    lay_out(subscription.topic, 0);
+    const UlogFormat& format = formats_.find(subscription.topic)->second;
+    if (size - 2 < format.least_size || size - 2 > format.size)
+      contradict("{}: a record of {} has {} bytes, and its format takes {} to {}", at_byte(begin),
+                 subscription.topic, size - 2, format.least_size, format.size);
+  }
   ++subscription.num_records;
   if (subscription.records == nullptr) return;
   if (++num_kept_ > kMostRecords)
@@ -262,23 +319,43 @@ void UlogFile::take_data(std::size_t begin, std::size_t size) {
   subscription.records->push_back({begin + 2, size - 2});
 }
 
+/// Numbers of 64 bits alone; the first of a name counts.
+void UlogFile::take_information(std::size_t begin, std::size_t size) {
+  constexpr std::string_view kType = "uint64_t ";
+  const std::size_t key_size = size > 0 ? number_at<std::uint8_t>(bytes_, begin) : 0;
+  if (size != 1 + key_size + sizeof(std::uint64_t)) return;
+  const std::string_view key = text(begin + 1, key_size);
+  if (key.starts_with(kType))
+    information_.try_emplace(std::string(key),
+                             number_at<std::uint64_t>(bytes_, begin + 1 + key_size));
+}
+
+std::optional<std::uint64_t> UlogFile::information(std::string_view key) const {
+  const auto found = information_.find(key);
+  return found != information_.end() ? std::optional(found->second) : std::nullopt;
+}
+
 void UlogFile::take_dropout(std::size_t begin, std::size_t size) {
-  if (size < 2)
-    fail(ErrorKind::Input, "{}: a dropout of {} bytes states no duration", at_byte(begin), size);
+  if (size < 2) contradict("{}: a dropout of {} bytes states no duration", at_byte(begin), size);
   const std::size_t duration_ms = number_at<std::uint16_t>(bytes_, begin);
   ++num_dropouts_;
   dropout_ms_ += duration_ms;
   longest_dropout_ms_ = std::max(longest_dropout_ms_, duration_ms);
 }
 
-std::optional<std::size_t> UlogFile::next_mark(std::size_t from, std::size_t end) const {
+std::optional<std::size_t> UlogFile::next_mark(std::size_t from, std::size_t end) {
   if (from >= end) return std::nullopt;
+  const bool is_found = end == marks_end_ && from >= marks_from_ && (!mark_ || from <= *mark_);
+  if (is_found) return mark_;
+  marks_from_ = from;
+  marks_end_ = end;
   const auto last = bytes_.begin() + static_cast<std::ptrdiff_t>(end);
   const auto found =
       std::search(bytes_.begin() + static_cast<std::ptrdiff_t>(from), last, kMark.begin(),
                   kMark.end(), [](std::byte a, unsigned char b) { return a == std::byte{b}; });
-  if (found == last) return std::nullopt;
-  return static_cast<std::size_t>(found - bytes_.begin());
+  mark_.reset();
+  if (found != last) mark_ = static_cast<std::size_t>(found - bytes_.begin());
+  return mark_;
 }
 
 void UlogFile::remark_losses() {
@@ -323,7 +400,10 @@ std::size_t UlogFile::lay_out(const std::string& name, int depth) {
            file_.string(), name, kMostRecordBytes);
   }
   format.is_laid_out = true;
-  format.size = offset;
+  format.size = format.least_size = offset;
+  for (auto field = format.order.rbegin();
+       field != format.order.rend() && field->starts_with("_padding"); ++field)
+    format.least_size = format.fields.find(*field)->second.offset;
   return offset;
 }
 
@@ -378,20 +458,24 @@ void UlogFile::count(std::span<const core::KnownName> known, const IsRead& is_re
   for (std::size_t type = 0; type < num_messages_.size(); ++type)
     if (num_messages_[type] > 0)
       ledger.count(fmt::format("message {}", static_cast<char>(type)), known, num_messages_[type]);
-  for (const auto& [id, subscription] : subscriptions_) {
-    if (subscription.num_records == 0) continue;
-    if (subscription.records == nullptr) {
-      ledger.count("topic " + subscription.topic, known, subscription.num_records);
+  // An instance may have several numbers.
+  std::map<std::pair<std::string_view, int>, std::int64_t> num_records;
+  for (const auto& [id, subscription] : subscriptions_)
+    num_records[{subscription.topic, subscription.instance}] += subscription.num_records;
+  for (const auto& [source, num] : num_records) {
+    const auto& [topic, instance] = source;
+    if (num == 0) continue;
+    if (!kept_.contains(topic)) {
+      ledger.count(fmt::format("topic {}", topic), known, num);
       continue;
     }
-    for (const std::string& field : formats_.find(subscription.topic)->second.order) {
-      const std::string name = fmt::format("{}.{}", subscription.topic, field);
+    for (const std::string& field : formats_.find(topic)->second.order) {
+      const std::string name = fmt::format("{}.{}", topic, field);
       const core::KnownName* found = core::find_known(known, name);
-      if (found != nullptr && found->is_used &&
-          !is_read(subscription.topic, subscription.instance, field))
-        ledger.ignore(name, "another topic or instance is read", subscription.num_records);
+      if (found != nullptr && found->is_used && !is_read(topic, instance, field))
+        ledger.ignore(name, "another topic or instance is read", num);
       else
-        ledger.count(name, known, subscription.num_records);
+        ledger.count(name, known, num);
     }
   }
 }

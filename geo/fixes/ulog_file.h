@@ -31,6 +31,7 @@ struct UlogFormat {
   std::vector<std::string> order;  ///< of the fields
   bool is_laid_out = false;        ///< offsets and size are known
   std::size_t size = 0;
+  std::size_t least_size = 0;  ///< without the padding at its end, which records may leave out
 };
 
 /// Where a record is in its file.
@@ -73,8 +74,8 @@ class UlogFile {
  public:
   /// kept   the topics whose records will be read
   /// throws   Io: no such file
-  ///          Input: no ULog, features that readers have to know and this one does not, formats or records that contradict
-  ///          each other, damage without a synchronisation mark behind it; with the byte where it stands
+  ///          Input: no ULog, features that readers have to know and this one does not, damage (messages that contradict
+  ///          themselves or others, too) without a synchronisation mark behind it; with the byte where it stands
   UlogFile(const std::filesystem::path& file, std::set<std::string, std::less<>> kept);
   UlogFile(const UlogFile&) = delete;
   UlogFile& operator=(const UlogFile&) = delete;
@@ -89,6 +90,8 @@ class UlogFile {
   /// Counts messages by their types and topics by their names, those that are kept by their fields.
   void count(std::span<const core::KnownName> known, const IsRead& is_read,
              core::Ledger& ledger) const;
+  /// A number that describes the log, by its type and name, "uint64_t boot_time_utc_us".
+  std::optional<std::uint64_t> information(std::string_view key) const;
   /// What was lost: dropouts, damage, a message that is cut off.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -104,14 +107,23 @@ class UlogFile {
   void read_header();
   /// The messages between two bytes.
   void read_section(std::size_t begin, std::size_t end);
+  /// Whether the head of a message that ends by `end` begins here.
+  bool has_message(std::size_t at, std::size_t end) const;
+  /// Whether a message is rather damage before a synchronisation mark: the mark stands in it, or it is a record or of
+  /// no known type, and behind it no message begins.
+  bool is_doubtful(std::size_t at, std::size_t end);
+  bool is_followed(std::size_t next, std::size_t end) const;
+  /// throws   Contradiction: it cannot be such a message
   void take(char type, std::size_t begin, std::size_t size);
+  void take_information(std::size_t begin, std::size_t size);
   void take_flags(std::size_t begin, std::size_t size);
   void take_format(std::size_t begin, std::size_t size);
   void take_subscription(std::size_t begin, std::size_t size);
   void take_data(std::size_t begin, std::size_t size);
   void take_dropout(std::size_t begin, std::size_t size);
   /// Where the next synchronisation mark begins; nothing where there is none.
-  std::optional<std::size_t> next_mark(std::size_t from, std::size_t end) const;
+  /// cost   all calls together look at each byte once, where `from` grows
+  std::optional<std::size_t> next_mark(std::size_t from, std::size_t end);
   void remark_losses();
 
   /// The offsets of a format's fields, and its size, once.
@@ -127,6 +139,9 @@ class UlogFile {
   std::map<std::uint16_t, Subscription> subscriptions_;
   std::map<std::pair<std::string, int>, std::vector<UlogRecord>> records_;
   std::array<std::int64_t, 256> num_messages_ = {};  ///< by type
+  std::map<std::string, std::uint64_t, std::less<>> information_;
+  std::optional<std::size_t> mark_;  ///< the first in or behind marks_from_
+  std::size_t marks_from_ = 0, marks_end_ = 0;
   std::size_t num_kept_ = 0;
   std::size_t num_dropouts_ = 0, dropout_ms_ = 0, longest_dropout_ms_ = 0;
   std::size_t num_damages_ = 0, damaged_bytes_ = 0, first_damage_ = 0;

@@ -162,15 +162,14 @@ class Recorded final : public TrajectoryKind {
     const Stretch& stretch = stretches[chosen];
     refuse_if_unfit(stretch, context);
     const SmoothPart& part = recording.parts[stretch.part];
-    const std::optional<double> utc =
-        recording.has_utc ? std::optional(recording.zero_s) : std::nullopt;
     const RecordedMotion::Window window{stretch.begin_s, stretch.end_s};
     Attitude attitude = attitude_.attitude();
     attitude.slow_mps = slow_mps_;
-    auto motion = part.rotation ? std::make_unique<RecordedMotion>(context.frame, *part.position,
-                                                                   window, utc, *part.rotation)
-                                : std::make_unique<RecordedMotion>(context.frame, *part.position,
-                                                                   window, utc, attitude);
+    auto motion = part.rotation
+                      ? std::make_unique<RecordedMotion>(context.frame, *part.position, window,
+                                                         recording.zero_unix_s, *part.rotation)
+                      : std::make_unique<RecordedMotion>(context.frame, *part.position, window,
+                                                         recording.zero_unix_s, attitude);
     if (context.log) context.log->info("{}", text_of_peaks(*motion));
     return motion;
   }

@@ -166,7 +166,7 @@ TEST_F(CsvFiles, TimesAreInTheUnitThatTheColumnsNameOrAKeyStates) {
             1585840798.0);
   const FixTable dates = first_s("when", "2020-04-02 15:19:58", "");
   EXPECT_EQ(dates.fixes[0].time_s, 1585840798.0);
-  EXPECT_TRUE(dates.has_utc);
+  EXPECT_TRUE(dates.has_utc());
   EXPECT_NE(remarks_of(dates).find("time_unit = \"text\", as its first cell says"),
             std::string::npos);
   EXPECT_NE(remarks_of(dates).find("taken to be UTC"), std::string::npos) << remarks_of(dates);

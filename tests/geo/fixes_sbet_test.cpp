@@ -46,7 +46,7 @@ TEST_F(SbetFiles, RadiansAndTheWanderAngleGivePlaceAndAttitude) {
   EXPECT_NEAR(fix.place.y(), 0.026 / kDegree, 1e-12);
   EXPECT_EQ(fix.place.z(), 1500.0);
   EXPECT_EQ(fix.speed_mps, 50.0);
-  EXPECT_FALSE(table.has_utc);
+  EXPECT_FALSE(table.has_utc());
   // True heading 1.1 rad, nose up by 0.2, right side down by 0.1.
   const Eigen::Vector3d forward = *fix.attitude * Eigen::Vector3d::UnitX();
   EXPECT_NEAR(std::atan2(forward.x(), forward.y()), 1.1, 1e-12);
@@ -80,16 +80,41 @@ TEST_F(SbetFiles, ADateMakesSecondsOfTheWeekUtc) {
     bytes += SbetRecord{.time_s = time_s}.bytes();
   for (const char* date : {"2024-06-05", "2024-06-02", "2024-06-08"}) {
     const FixTable table = read("sbet", fmt::format("gps_date = \"{}\"", date), bytes);
-    EXPECT_TRUE(table.has_utc);
-    EXPECT_EQ(table.fixes[0].time_s, start + 259200.0) << date;
-    EXPECT_EQ(table.fixes[1].time_s, start + 604799.5) << date;
-    EXPECT_EQ(table.fixes[2].time_s, start + 604800.5) << date;  // the week has ended
+    EXPECT_TRUE(table.has_utc());
+    EXPECT_EQ(table.zero_unix_s, start) << date;
+    EXPECT_EQ(table.fixes[0].time_s, 259200.0) << date;
+    EXPECT_EQ(table.fixes[1].time_s, 604799.5) << date;
+    EXPECT_EQ(table.fixes[2].time_s, 604800.5) << date;  // the week has ended
   }
   const FixTable of_day = read("sbet", "gps_date = \"2024-06-05\"\ntime_in = \"gps_day\"",
                                SbetRecord{.time_s = 3600.0}.bytes());
-  EXPECT_EQ(of_day.fixes[0].time_s, unix_seconds_from_utc("2024-06-05T01:00:00Z") - 18.0);
+  EXPECT_EQ(*of_day.zero_unix_s + of_day.fixes[0].time_s,
+            unix_seconds_from_utc("2024-06-05T01:00:00Z") - 18.0);
   EXPECT_NE(refused("sbet", "gps_date = \"June\"", bytes, core::ErrorKind::Config).find("June"),
             std::string::npos);
+}
+
+// Seconds since 1970 are rounded to 2.4e-7 s, which at 200 records a second would be accelerations of 0.5 m/s^2.
+TEST_F(SbetFiles, ADateLeavesUniformMotionAtTwoHundredHertzUniform) {
+  constexpr double kSpeed_mps = 20.0, kRate_hz = 200.0, kEarth_m = 6371000.0;
+  std::string bytes;
+  for (int i = 0; i <= 1000; ++i)
+    bytes += SbetRecord{.time_s = 1000.25 + i / kRate_hz,
+                        .lat = 42.5 * kDegree + i * kSpeed_mps / kRate_hz / kEarth_m,
+                        .lon = 1.5 * kDegree}
+                 .bytes();
+  const auto motion = test::trajectory_from(
+      fmt::format("kind = \"recorded\"\nfile = \"{}\"\nformat = \"sbet\"\ngps_date = "
+                  "\"2024-06-05\"\nsigma_m = 0.0\n",
+                  written("flight.out", bytes).string()),
+      test::GroundWorld());
+  EXPECT_NEAR(*motion->utc_start_unix_s(),
+              unix_seconds_from_utc("2024-06-02T00:00:00Z") - 18.0 + 1000.25, 1e-6);
+  double sum = 0.0;
+  constexpr int kNumSamples = 800;
+  for (int i = 0; i < kNumSamples; ++i)
+    sum += motion->at(0.5 + i / kRate_hz).acceleration_world_mps2.squaredNorm();
+  EXPECT_LT(std::sqrt(sum / kNumSamples), 1e-3);
 }
 
 TEST_F(SbetFiles, WhatIsNoSbetIsRefusedWithItsByte) {

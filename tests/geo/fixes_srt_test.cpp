@@ -219,7 +219,7 @@ TEST_F(SrtFiles, SubtitlesWithoutTimingsTakeTheirDatesAndThoseWithoutBlankLinesS
 TEST_F(SrtFiles, AFieldThatIsCalledDateIsNotTakenForOne) {
   const FixTable table =
       read("srt", "", cue("[date: soon] [latitude: 1] [longitude: 2] [abs_alt: 3]"));
-  EXPECT_FALSE(table.has_utc);
+  EXPECT_FALSE(table.has_utc());
   EXPECT_EQ(table.fixes[0].time_s, 1.0);
   EXPECT_EQ(table.ledger.entries().at("date").num_unknown, 1);
   // Nor does one take what stands behind it for its own.

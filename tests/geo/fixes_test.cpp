@@ -88,7 +88,7 @@ speed_unit = "kn"
 )",
                               "when;lat;lon;alt;v\n1000;0.5;-1.0;1000;100\n2000;;-1.0;1000;\n");
   ASSERT_EQ(table.fixes.size(), 2u);
-  EXPECT_TRUE(table.has_utc);
+  EXPECT_TRUE(table.has_utc());
   EXPECT_EQ(table.fixes[0].time_s, 1.0);
   EXPECT_NEAR(table.fixes[0].place.x(), 28.64788975654116, 1e-12);
   EXPECT_NEAR(table.fixes[0].place.y(), -57.29577951308232, 1e-12);
@@ -167,7 +167,7 @@ TEST_F(Fixes, GpxHoldsTracksWhoseSegmentsAreParts) {
 <trkpt lat="46.5" lon="13.25"><time>2010-10-03T09:36:31Z</time></trkpt>
 </trkseg></trk><trk><trkseg><trkpt lat="-46" lon="-13"><ele>2</ele></trkpt></trkseg></trk></gpx>)");
   ASSERT_EQ(table.fixes.size(), 3u);
-  EXPECT_TRUE(table.has_utc);
+  EXPECT_TRUE(table.has_utc());
   EXPECT_EQ(table.fixes[0].place, Eigen::Vector3d(46.5, 13.25, 1614.5));
   EXPECT_EQ(table.fixes[0].time_s, 1286098590.0);  // date -u -d 2010-10-03T09:36:30Z +%s
   EXPECT_FALSE(table.fixes[1].has_place());
@@ -260,7 +260,7 @@ TEST_F(Fixes, SrtOfAPhantomStatesItsOrder) {
   ASSERT_EQ(table.fixes.size(), 1u);
   const Fix& fix = table.fixes[0];
   EXPECT_EQ(fix.time_s, 1.5);
-  EXPECT_FALSE(table.has_utc);
+  EXPECT_FALSE(table.has_utc());
   EXPECT_EQ(fix.place, Eigen::Vector3d(-34.25, -58.85, 85.80));
   EXPECT_EQ(table.home, (Geodetic{-34.5, -58.75, 0.0}));
   EXPECT_EQ(*fix.speed_mps, 2.88);
@@ -294,7 +294,7 @@ TEST_F(Fixes, SrtOfAMavicNamesItsNumbersAndHasADate) {
 )";
   const FixTable table = read("srt", "utc_offset_h = 5.0", text);
   ASSERT_EQ(table.fixes.size(), 2u);
-  EXPECT_TRUE(table.has_utc);
+  EXPECT_TRUE(table.has_utc());
   EXPECT_NEAR(table.fixes[0].time_s, 1585840798.720764 - 5 * 3600, 1e-6);
   EXPECT_EQ(table.fixes[0].place, Eigen::Vector3d(31.452012, 74.398751, 213.983002));
   EXPECT_EQ(table.fixes[1].place, Eigen::Vector3d(31.5, 74.5, 200.125));

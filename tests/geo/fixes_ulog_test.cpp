@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <numbers>
 
 #include "tests/geo/fixes_support.h"
@@ -80,7 +81,7 @@ TEST_F(UlogFiles, PlacesAndAttitudesHaveTimesOfTheirOwn) {
   ASSERT_EQ(table.attitudes.size(), 50u);
   EXPECT_EQ(table.fixes[3].time_s, 1.3);
   EXPECT_EQ(table.fixes[3].place, Eigen::Vector3d(42.5 + 15e-6, 1.5, 1200.0));
-  EXPECT_FALSE(table.has_utc);
+  EXPECT_FALSE(table.has_utc());
   EXPECT_TRUE(table.ledger.warnings().empty()) << table.ledger.table();
   EXPECT_EQ(read("ulog", "", flight(), "ellipsoid").fixes[3].place.z(), 1250.0);
   // Yaw is clockwise from north, the body's x forward, y left, z up.
@@ -192,9 +193,10 @@ TEST_F(UlogFiles, ReceiversOfBothGenerationsAreReadAndSetTheClock) {
   EXPECT_LT((old_table.fixes[1].place - Eigen::Vector3d(42.5000001, -1.5000002, 1234.567)).norm(),
             1e-12);
   EXPECT_EQ(old_table.fixes[1].speed_mps, 5.0);
-  EXPECT_TRUE(old_table.has_utc);
-  EXPECT_EQ(old_table.fixes[1].time_s, 1700000011.0);
-  EXPECT_EQ(old_table.fixes[0].time_s, 1700000010.0);
+  EXPECT_TRUE(old_table.has_utc());
+  EXPECT_EQ(old_table.zero_unix_s, 1700000000.0);
+  EXPECT_EQ(old_table.fixes[1].time_s, 11.0);
+  EXPECT_EQ(old_table.fixes[0].time_s, 10.0);
 
   const std::string new_log =
       header() +
@@ -258,13 +260,107 @@ TEST_F(UlogFiles, DamageIsSkippedToTheNextMarkOrRefusedWithItsByte) {
   const std::string record = data(0, global_record(5000000, 42.0, 1.0, 100.0F, 150.0F));
   const FixTable table = read("ulog", "", flight() + garbage + mark() + record, "egm96");
   EXPECT_EQ(table.fixes.size(), 11u);
+  // The record before it, which no message follows, may be part of the damage.
+  constexpr std::size_t kLast = 3 + 2 + 25;
+  EXPECT_EQ(table.attitudes.size(), 49u);
   EXPECT_NE(test::remarks_of(table).find(
-                fmt::format("37 bytes in 1 place, the first at byte {}", flight().size())),
+                fmt::format("67 bytes in 1 place, the first at byte {}", flight().size() - kLast)),
             std::string::npos)
       << test::remarks_of(table);
   const std::string message =
       refused("ulog", "", flight() + garbage + record, core::ErrorKind::Input, "egm96");
   EXPECT_NE(message.find(fmt::format("byte {}", flight().size())), std::string::npos) << message;
+}
+
+TEST_F(UlogFiles, DamageThatLooksLikeMessagesIsSkippedToo) {
+  const std::string record = data(0, global_record(5000000, 42.0, 1.0, 100.0F, 150.0F));
+  const std::string damages[] = {
+      data(0, "xx"),                  // a record too short
+      data(0, std::string(64, 'x')),  // and too long
+      subscribe(0, "vehicle_attitude"),
+      subscribe(9, "of no format"),  //
+      format("no colon"),
+      flags(),
+      message('D', "x"),
+      message('O', ""),                                 //
+      message('L', std::string(3, 'x')).substr(0, 5)};  // ends in the mark
+  for (const std::string& damage : damages) {
+    const FixTable table = read("ulog", "", flight() + damage + mark() + record, "egm96");
+    EXPECT_EQ(table.fixes.size(), 11u) << damage;
+    EXPECT_NE(test::remarks_of(table).find(fmt::format("{} bytes in 1 place, the first at byte {}",
+                                                       damage.size(), flight().size())),
+              std::string::npos)
+        << test::remarks_of(table);
+    EXPECT_TRUE(table.ledger.warnings().empty()) << table.ledger.table();
+  }
+}
+
+TEST_F(UlogFiles, ARecordWithoutItsMiddleIsNotFilledUpFromTheNext) {
+  const auto record = [](std::uint64_t i) {
+    return data(0, global_record(i * 100000, 42.5, 1.5, 100.0F, 150.0F));
+  };
+  std::string log = header() + kGlobalFormat + subscribe(0, "vehicle_global_position") + record(1) +
+                    record(2) + record(3).erase(20, 8) + record(4) + mark() + record(5);
+  const FixTable table = read("ulog", "", log, "egm96");
+  ASSERT_EQ(table.fixes.size(), 3u);
+  for (const Fix& fix : table.fixes)
+    EXPECT_EQ(fix.place, Eigen::Vector3d(42.5, 1.5, 100.0)) << fix.time_s;
+  EXPECT_EQ(table.fixes[2].time_s, 0.5);
+}
+
+// 20 000 numbers of one topic, whose records leave out a thousand fields.
+TEST_F(UlogFiles, ManyNumbersOfOneTopicAreCountedOnce) {
+  std::string text = "vehicle_global_position:uint64_t timestamp;double lat;double lon;float alt;";
+  for (int i = 0; i < 900; ++i) text += fmt::format("uint8_t _padding{};", i);
+  std::string log = header() + format(text);
+  constexpr std::uint16_t kNumIds = 20000;
+  for (std::uint16_t id = 0; id < kNumIds; ++id)
+    log += subscribe(id, "vehicle_global_position") +
+           data(id, packed(std::uint64_t{id}, 42.0, 1.0, 100.0F));
+  const std::clock_t begin = std::clock();
+  const FixTable table = read("ulog", "", log, "egm96");
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 2.0);
+  EXPECT_EQ(table.fixes.size(), kNumIds);
+  EXPECT_EQ(table.ledger.entries().at("vehicle_global_position.lat").num_used, kNumIds);
+}
+
+/// A receiver's record of the newer layout.
+std::string receiver_log(const std::string& more, const std::vector<std::uint64_t>& utc_us) {
+  std::string log =
+      header() + more +
+      format(
+          "sensor_gps:uint64_t timestamp;double latitude_deg;double longitude_deg;double "
+          "altitude_msl_m;uint64_t time_utc_usec;uint8_t fix_type;") +
+      subscribe(3, "sensor_gps");
+  for (std::size_t i = 0; i < utc_us.size(); ++i)
+    log += data(
+        3, packed(std::uint64_t{1000000 * (i + 1)}, 42.0, 1.0, 100.0, utc_us[i], std::uint8_t{3}));
+  return log;
+}
+
+TEST_F(UlogFiles, TimesThatCannotBeUtcAreNotTaken) {
+  const FixTable table =
+      read("ulog", "",
+           receiver_log("", {0, 18'000'000'000'000'000'000u, 18'000'000'000'000'000'000u,
+                             500'000'000'000, 1700000005000000}),
+           "egm96");
+  EXPECT_EQ(table.zero_unix_s, 1700000000.0);
+  EXPECT_NE(test::remarks_of(table).find("3 times of sensor_gps"), std::string::npos)
+      << test::remarks_of(table);
+  EXPECT_FALSE(read("ulog", "", receiver_log("", {0, 5}), "egm96").has_utc());
+}
+
+TEST_F(UlogFiles, UtcOfTheStartIsTakenWhereNoReceiverStatesIt) {
+  const std::string key = "uint64_t boot_time_utc_us";
+  const auto boot = [&](std::uint64_t utc_us) {
+    return message('I', static_cast<char>(key.size()) + key + packed(utc_us));
+  };
+  EXPECT_EQ(read("ulog", "", receiver_log(boot(1600000000000000), {0}), "egm96").zero_unix_s,
+            1600000000.0);
+  EXPECT_EQ(read("ulog", "", receiver_log(boot(1600000000000000), {1700000001000000}), "egm96")
+                .zero_unix_s,
+            1700000000.0);
+  EXPECT_FALSE(read("ulog", "", receiver_log(boot(7), {0}), "egm96").has_utc());
 }
 
 TEST_F(UlogFiles, WhatContradictsItselfIsRefused) {
@@ -286,7 +382,7 @@ TEST_F(UlogFiles, WhatContradictsItselfIsRefused) {
       {subscribed + kAttitudeFormat + subscribe(0, "vehicle_attitude"), "is that of"},
       {subscribed + message('D', "x"), "no number of its topic"},
       {subscribed + message('O', ""), "no duration"},
-      {subscribed + data(0, packed(std::uint64_t{1}, 42.0)), "ends before"},
+      {subscribed + data(0, packed(std::uint64_t{1}, 42.0)), "its format takes 33 to 36"},
       {header() + format("vehicle_global_position:inner a;") + format("inner:inner b;") +
            subscribe(0, "vehicle_global_position") + data(0, "12345678"),
        "holds itself"},
@@ -297,7 +393,7 @@ TEST_F(UlogFiles, WhatContradictsItselfIsRefused) {
            subscribe(0, "vehicle_global_position") + data(0, "12345678"),
        "more than 65535 bytes"},
       {header() + format("vehicle_global_position:float lat;") +
-           subscribe(0, "vehicle_global_position") + data(0, "12345678"),
+           subscribe(0, "vehicle_global_position") + data(0, "1234"),
        "no number lon"},
       {flight() + data(1, packed(std::uint64_t{9}, 2.0F, 0.0F, 0.0F, 0.0F, std::uint8_t{0})),
        "length 2.0000"}};
