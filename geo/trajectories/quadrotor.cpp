@@ -406,13 +406,7 @@ class QuadrotorFlight final : public TrajectoryKind {
 
   std::unique_ptr<Trajectory> build_flown(const FlatFlight& plan,
                                           const TrajectoryContext& context) const {
-    constexpr double kMost_s = 3600.0;
-    if (plan.duration_s() > kMost_s)
-      fail(
-          ErrorKind::Config,
-          "the flight takes {:.0f} s, and at most {:.0f} s are flown in one go; fly fewer laps, or "
-          "a shorter or a faster way",
-          plan.duration_s(), kMost_s);
+    check_flown_time(plan.duration_s());
     std::optional<FlightAir> air;
     if (!wind_.is_calm())
       air = air_along(plan, wind_, context, settling_s(control_.resolved(vehicle_)), kFlownBeyond_s,
@@ -430,6 +424,30 @@ class QuadrotorFlight final : public TrajectoryKind {
     }
     check_flown_height(*flown, context);
     return flown;
+  }
+
+  /// throws Config: longer than kMostFlown_s, with the time in which it settles
+  void check_flown_time(double duration_s) const {
+    const double settles_s = settling_s(control_.resolved(vehicle_));
+    const double left_s = kMostFlown_s - kFlownBeyond_s - duration_s;
+    if (settles_s <= left_s) return;
+    const FlightControl usual = FlightControl{}.resolved(vehicle_);
+    if (settling_s(usual) > left_s)
+      fail(ErrorKind::Config,
+           "the flight takes {:.0f} s and {:.0f} s before it to settle, and at most {:.0f} s are "
+           "flown in one go; fly fewer laps, or a shorter or a faster way",
+           duration_s, settles_s, kMostFlown_s);
+    const bool is_position = control_.position_radps != 0.0;
+    constexpr double kMargin = 1.1;  // more than two digits round off
+    const double least = kMargin * (is_position ? usual.position_radps : usual.attitude_radps) *
+                         settling_s(usual) / left_s;
+    fail(ErrorKind::Config,
+         "[control] {} = {} is so slow that the flight settles for {:.3g} s before it begins, and "
+         "at most {:.0f} s are flown in one go; set {:.2g} or more, or leave it out, which sets "
+         "{:.3g}",
+         is_position ? "position_radps" : "attitude_radps",
+         is_position ? control_.position_radps : control_.attitude_radps, settles_s, kMostFlown_s,
+         least, is_position ? usual.position_radps : usual.attitude_radps);
   }
 
   void check_flown_height(const FlownMotion& flown, const TrajectoryContext& context) const {

@@ -288,8 +288,10 @@ std::unique_ptr<FlownMotion> fly(const WorldFrame& frame, const Trajectory& plan
                                  const FlightAir* air, double max_off_m, FlightReport& report) {
   QuadrotorDynamics dynamics(frame, vehicle, control, plan, air);
   constexpr double kNode_s = kStepsANode * kStep_s;
-  const auto nodes_before =
-      static_cast<int>(std::ceil(settling_s(control.resolved(vehicle)) / kNode_s));
+  const double before_s = settling_s(control.resolved(vehicle));
+  TERRACAST_CHECK(before_s + plan.duration_s() + kFlownBeyond_s <= kMostFlown_s,
+                  "flights are bounded before they are flown");
+  const auto nodes_before = static_cast<int>(std::ceil(before_s / kNode_s));
   const auto nodes_after =
       static_cast<int>(std::ceil((plan.duration_s() + kFlownBeyond_s) / kNode_s));
   // Times are multiples of the step, so that they are the same for any number of nodes before them.

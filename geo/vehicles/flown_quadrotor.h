@@ -118,6 +118,7 @@ struct FlightReport {
 };
 
 /// A flight along a plan by QuadrotorDynamics, in steps of 1 ms, as a curve with nodes every 20 ms.
+/// control         so quick that the flight, with the times before and after it, lasts kMostFlown_s at most
 /// plan            asked from `settling_s` before its time 0 on, from where the flight begins in the planned state
 /// max_off_m       from the planned place, from time 0 on
 /// report          filled, also when it fails
@@ -132,5 +133,7 @@ std::unique_ptr<FlownMotion> fly(const WorldFrame& frame, const Trajectory& plan
 double settling_s(const FlightControl& resolved);
 /// For so long after its end a flight goes on, so that shutters and sensors may look there.
 inline constexpr double kFlownBeyond_s = 1.0;
+/// Longest time that is flown in one go, with those before and after the flight.
+inline constexpr double kMostFlown_s = 3600.0;
 
 }  // namespace terracast::geo

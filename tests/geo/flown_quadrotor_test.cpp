@@ -387,6 +387,34 @@ TEST(FlownQuadrotor, ShippedVehiclesHoverInWind) {
   }
 }
 
+TEST(FlownQuadrotor, RefusesToSettleForHours) {
+  const GroundWorld world;
+  const auto message = [&](const std::string& keys, const std::string& control) {
+    return message_of(ErrorKind::Config, [&] {
+      trajectory_from(flown_text("hummingbird_rotors.toml", keys, "[control]\n" + control), world);
+    });
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  for (const char* value : {"0.001", "1e-06", "1e-09", "1e-300"})
+    has(message("", fmt::format("position_radps = {}\n", value)),
+        fmt::format("[control] position_radps = {} is so slow", value));
+  const std::string slow = message("", "attitude_radps = 1e-6\n");
+  has(slow, "[control] attitude_radps = 1e-06 is so slow");
+  has(slow, "set 0.037 or more, or leave it out, which sets 12");
+  // That value lets it begin: it comes as far as being blown off its place.
+  has(message_of(ErrorKind::Input,
+                 [&] {
+                   trajectory_from(
+                       flown_text("hummingbird_rotors.toml", "max_off_m = 0.001\n",
+                                  "[control]\nattitude_radps = 0.037\n[wind]\nspeed_mps = 5.0\n"),
+                       world);
+                 }),
+      "max_off_m = 0.001 while it settles");
+  has(message("closed = true\nlaps = 1000.0\n", ""), "10 s before it to settle");
+}
+
 TEST(FlownQuadrotor, SaysWhatIsWrongWithAFlight) {
   const GroundWorld world;
   const auto message = [&](ErrorKind kind, const std::string& toml) {
