@@ -28,7 +28,7 @@ UnitTurbulence drawn_component(TurbulenceModel model, const WindOptions& options
 }  // namespace
 
 void GustOptions::describe(core::SchemaVisitor& visit) {
-  visit.key("start_m", start_m, "Way through the air after which it begins.",
+  visit.key("start_m", start_m, "Way through the air, from time 0 on, after which it begins.",
             core::between(0.0, 1e7));
   visit.key("length_m", length_m, "Way over which it grows, as (1 - cos); after it, it stays.",
             core::between(0.1, 1e6));

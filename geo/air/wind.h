@@ -16,7 +16,7 @@ namespace terracast::geo {
 
 /// Air that gets faster over a length, as (1 - cos), and stays so.
 struct GustOptions {
-  double start_m = 0.0;     ///< of the way through the air
+  double start_m = 0.0;     ///< of the way through the air, from time 0 on
   double length_m = 100.0;  ///< until it is full
   double along_mps = 0.0;   ///< where the mean wind blows to
   double left_mps = 0.0;    ///< of that, seen from above

@@ -213,12 +213,14 @@ QuadrotorDynamics::Air QuadrotorDynamics::air_at(double time_s, const State& sta
   const Vector3d velocity = state.segment<3>(rigid_state::kVelocity);
   const AirWay rate =
       air_->wind.way_rate(in_air.agl_m, (velocity - air_->wind.mean_mps(in_air)).norm());
+  // Gusts begin with the flight, however long it settles before; turbulence is met all the time.
+  const double distance_rate_mps = time_s < 0.0 ? 0.0 : rate.distance_m;
   // Derivatives by differences look a little before the beginning.
   const AirWay way{.distance_m = std::max(state[kAirWay], 0.0),
                    .level_lengths = std::max(state[kAirWay + 1], 0.0),
                    .vertical_lengths = std::max(state[kAirWay + 2], 0.0)};
   return {.wind_world_mps = air_->wind.at(in_air, way),
-          .way_rate = {rate.distance_m, rate.level_lengths, rate.vertical_lengths}};
+          .way_rate = {distance_rate_mps, rate.level_lengths, rate.vertical_lengths}};
 }
 
 Vector3d QuadrotorDynamics::wind_world_mps(double time_s, const State& state) const {

@@ -50,8 +50,8 @@ class QuadrotorDynamics {
   using State = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
   /// Where states stand behind those of the rigid body. Its position counts from `anchor_world`.
   static constexpr int kPositionIntegral = rigid_state::kSize;  ///< of the error in place, m s
-  static constexpr int kAirWay = kPositionIntegral + 3;         ///< as AirWay
-  static constexpr int kRotors = kAirWay + 3;                   ///< turn rates, rad/s
+  static constexpr int kAirWay = kPositionIntegral + 3;  ///< as AirWay; its distance from time 0 on
+  static constexpr int kRotors = kAirWay + 3;            ///< turn rates, rad/s
 
   /// plan   lives longer
   /// air    null: calm; lives longer
