@@ -107,6 +107,12 @@ rate_hz = 10.0
 cycle_us = 5530.0
 range_noise_m = 0.03
 
+[[rigs.sensors]]
+name = "slow"
+kind = "lidar"
+rate_hz = 1.0
+cycle_us = 16590.0
+
 [[exports]]
 format = "mcap"
 images = "grey"
@@ -171,18 +177,26 @@ void check_topic(const Bag& bag, const fs::path& sequence, const Sampled& sample
   }
 }
 
-/// Clouds against the scans of every frame, one after the other.
-void check_points(const Bag& bag, const fs::path& sequence) {
+/// A lidar's clouds against the scans of every frame, one after the other.
+struct ScannedTopic {
+  const char* topic;
+  const char* folder;
+  std::size_t num_scans;
+  double period_s;
+};
+void check_points(const Bag& bag, const fs::path& sequence, const ScannedTopic& scanned) {
+  SCOPED_TRACE(scanned.topic);
   std::vector<validate::NpyTable> scans;
   for (int frame = 0; frame < 8; ++frame)
     scans.push_back(validate::parse_npy_table(
-        core::read_file(sequence / fmt::format("sensors/down/spin-16/{:06}.npy", frame)), "scan"));
+        core::read_file(sequence / fmt::format("sensors/down/{}/{:06}.npy", scanned.folder, frame)),
+        "scan"));
   std::size_t scan = 0, row = 0, num_points = 0;
-  const auto clouds = bag.of("/down/spin_16");
-  ASSERT_EQ(clouds.size(), 5U);
+  const auto clouds = bag.of(scanned.topic);
+  ASSERT_EQ(clouds.size(), scanned.num_scans);
   for (std::size_t k = 0; k < clouds.size(); ++k) {
-    const std::int64_t start_ns = kStart_ns + static_cast<std::int64_t>(k) * 100'000'000;
-    EXPECT_EQ(stamp_ns(*clouds[k]), start_ns);
+    const double start_s = scanned.period_s * static_cast<double>(k);
+    EXPECT_EQ(stamp_ns(*clouds[k]), kStart_ns + std::llround(1e9 * start_s));
     const std::vector<std::byte> bytes = bytes_of_hex(clouds[k]->at("fields").at("data").string());
     ASSERT_EQ(bytes.size(),
               24U * static_cast<std::size_t>(field_of(*clouds[k], "width").integer()));
@@ -198,8 +212,8 @@ void check_points(const Bag& bag, const fs::path& sequence) {
       std::memcpy(&ring, &bytes[at + 20], sizeof(ring));
       const char* columns[] = {"x_m", "y_m", "z_m", "reflectance"};
       for (int i = 0; i < 4; ++i) ASSERT_EQ(numbers[i], static_cast<float>(right(columns[i])));
-      ASSERT_NEAR(static_cast<double>(numbers[4]), right("time_s") - 0.1 * static_cast<double>(k),
-                  1e-8);
+      // Half a step of a float32 below 1 is 3e-8.
+      ASSERT_NEAR(static_cast<double>(numbers[4]), right("time_s") - start_s, 3.1e-8);
       ASSERT_EQ(ring, right("ring"));
     }
   }
@@ -252,7 +266,8 @@ TEST_F(McapFlight, AnotherReaderFindsAllThatTheSensorsShow) {
       EXPECT_EQ(static_cast<float>(field_of(*ranges[i], "range").number()),
                 static_cast<float>(table.at("range_m")[i]));
   }
-  check_points(bag, sequence);
+  check_points(bag, sequence, {"/down/spin_16", "spin-16", 5, 0.1});
+  check_points(bag, sequence, {"/down/slow", "slow", 1, 1.0});
   // Densities squared, times the rate; the believed deviations of a fix.
   const Json& imu = *bag.of("/down/fast").front();
   EXPECT_DOUBLE_EQ(field_of(imu, "angular_velocity_covariance").numbers()[4],
@@ -306,6 +321,39 @@ void replace_all(std::vector<std::byte>& file, std::string_view from, std::strin
   EXPECT_GT(count, 0U) << from;
 }
 
+/// What validate's reader finds.
+std::string findings_of(const fs::path& dataset) {
+  validate::Findings findings;
+  validate::read_dataset(dataset, "", findings);
+  std::string all;
+  for (const std::string& line : findings.lines()) all += line + "\n";
+  return all;
+}
+
+/// Moves a message of /tf, and whatever is logged at its time.
+void restamp_transform(std::vector<std::byte>& file, std::size_t message, std::int64_t by_ns) {
+  const auto old_ns = number_at<std::int64_t>(file, message - 16);
+  for (std::size_t at = 0; at + 8 <= file.size(); ++at)
+    if (std::int64_t found = 0; std::memcpy(&found, &file[at], 8), found == old_ns)
+      put_at(file, at, old_ns + by_ns);
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  put_at(file, message + 8, static_cast<std::int32_t>((old_ns + by_ns) / kSecond_ns));
+  put_at(file, message + 12, static_cast<std::uint32_t>((old_ns + by_ns) % kSecond_ns));
+}
+
+TEST_F(McapFlight, MissingScansAreFound) {
+  EXPECT_EQ(findings_of(dataset), "");
+  const fs::path path = dataset / "P000/sensors.json";
+  const std::string right = core::read_text_file(path);
+  std::string wrong = right;
+  const std::size_t rate = wrong.find("\"rate_hz\": 1.0", wrong.find("\"slow\""));
+  ASSERT_NE(rate, std::string::npos) << wrong;
+  wrong.replace(rate, 14, "\"rate_hz\": 4.0");
+  core::write_file(path, wrong);
+  EXPECT_THAT(findings_of(dataset), HasSubstr("/down/slow: 1 messages; one of each scan is right"));
+  core::write_file(path, right);
+}
+
 TEST_F(McapFlight, WrongFilesAreFoundAndNamed) {
   const fs::path path = dataset / "P000/P000.mcap";
   const std::vector<std::byte> right = core::read_file(path);
@@ -324,6 +372,10 @@ TEST_F(McapFlight, WrongFilesAreFoundAndNamed) {
   };
   // Where fields stand in messages: a head of 4, a stamp of 8, the text of the frame, then multiples of 8 after the head.
   constexpr std::size_t kImuForces = 228, kFixAltitude = 52, kQuaternion = 68;
+  constexpr std::size_t kCloudWidth = 36;
+  const auto end_of_cloud =
+      message("/down/spin_16", 0) +
+      static_cast<std::size_t>(bag.topics.at("/down/spin_16").messages.at(0).num_bytes);
   const std::vector<Row> rows = {
       {[&](File& file) { negate(file, message("/down/fast", 3) + kImuForces + 16); },
        "linear_acceleration.z is"},
@@ -338,12 +390,32 @@ TEST_F(McapFlight, WrongFilesAreFoundAndNamed) {
        },
        "a stamp is 1.000000000 s off"},
       {[&](File& file) {
-         const std::size_t at = message("/down/spin_16", 0);
-         const auto size =
-             static_cast<std::size_t>(bag.topics.at("/down/spin_16").messages.at(0).num_bytes);
-         put_at(file, at + size - 1 - 24, 1.0F);  // x of the last point
+         put_at(file, end_of_cloud - 1 - 24, 1.0F);  // x of the last point
        },
        "point "},
+      {[&](File& file) { file[end_of_cloud - 3] ^= std::byte{1}; },
+       "point "},  // return_number of the last
+      {[&](File& file) { file[end_of_cloud - 2] ^= std::byte{1}; }, "point "},  // num_returns
+      {[&](File& file) { file[end_of_cloud - 1] = std::byte{0}; }, "is_dense is 0"},
+      {[&](File& file) {
+         const std::size_t at = message("/down/spin_16", 0);
+         const auto width = number_at<std::uint32_t>(file, at + kCloudWidth);
+         put_at(file, end_of_cloud - 1 - 24 * std::size_t{width} - 8, std::uint32_t{24});
+       },
+       "row_step is 24"},
+      {[&](File& file) { restamp_transform(file, message("/tf", 1), 1); },
+       "when there is no frame and no sample of the first IMU"},
+      {[&](File& file) {
+         const std::size_t at = message("/tf", 2);
+         restamp_transform(file, at,
+                           number_at<std::int64_t>(file, message("/tf", 1) - 16) -
+                               number_at<std::int64_t>(file, at - 16));
+       },
+       "/tf: message 2: a second transform of"},
+      {[&](File& file) { replace_all(file, "down/wide_optical", "down/wade_optical"); },
+       "a transform of down/wade_optical, which is no camera"},
+      {[&](File& file) { replace_all(file, "down/wide_optical", "down/left_optical"); },
+       "a second transform of down/left_optical"},
       // x y z w becomes w x y z.
       {[&](File& file) {
          const std::size_t at = message("/tf", 4) + kQuaternion;
@@ -371,11 +443,7 @@ TEST_F(McapFlight, WrongFilesAreFoundAndNamed) {
     row.change(file);
     if (row.mends) mend_crcs(file);
     core::write_file(path, file);
-    validate::Findings findings;
-    validate::read_dataset(dataset, "", findings);
-    std::string all;
-    for (const std::string& line : findings.lines()) all += line + "\n";
-    EXPECT_THAT(all, HasSubstr(row.words));
+    EXPECT_THAT(findings_of(dataset), HasSubstr(row.words));
   }
   core::write_file(path, right);
 }

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/printable.h"
 #include "validate/readers/euroc_inertial.h"
 #include "validate/readers/mcap_bag.h"
+#include "validate/readers/sensors.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -26,9 +28,19 @@ constexpr const char* kTransforms = "tf2_msgs/msg/TFMessage";
 struct Flight {
   Bag& bag;
   std::int64_t start_ns = 0;
+  std::vector<SensorRecord> sensors = {};             ///< of sensors.json
   std::map<std::string, Pose> mounts = {};            ///< base_link from frame
   std::map<std::int64_t, Pose> local_from_body = {};  ///< by nanoseconds since 1970
+
+  std::int64_t ns_of(double time_s) const { return start_ns + std::llround(1e9 * time_s); }
 };
+
+std::string frame_of(const SensorRecord& sensor) {
+  return ros_word(sensor.rig) + "/" + ros_word(sensor.name);
+}
+std::string frame_of(const Camera& camera) {
+  return ros_word(camera.rig) + "/" + ros_word(camera.name_in_rig) + "_optical";
+}
 
 /// Why two poses are not the same but for the rounding of changes of frames; empty: they are.
 std::string difference_of(const Pose& found, const Pose& right) {
@@ -46,15 +58,27 @@ std::string difference_of(const Pose& found, const Pose& right) {
 }
 
 void read_static_transforms(const Sequence& sequence, Flight& flight) {
+  std::set<std::string> mounted;
+  for (const SensorRecord& sensor : flight.sensors) mounted.insert(frame_of(sensor));
+  for (const Camera& camera : sequence.cameras) mounted.insert(frame_of(camera));
   bool has_earth = false;
   flight.bag.visit("/tf_static", kTransforms, [&](std::size_t, const ReadMessage& message) {
+    const auto fail_repeated = [&](const std::string& child) {
+      fail(ErrorKind::Input, "{}: a second transform of {}", message.where, child);
+    };
     for (const RosValue& each : message.value.at("transforms").items) {
       const std::string& parent = each.at("header.frame_id").text;
       const std::string& child = each.at("child_frame_id").text;
       const Pose pose = transform_of(each.at("transform"), message.where);
       if (parent == "base_link") {
-        flight.mounts[child] = pose;
+        if (!mounted.contains(child))
+          fail(ErrorKind::Input,
+               "{}: a transform of {}, which is no camera of dataset.json and no sensor of "
+               "sensors.json",
+               message.where, core::first_letters(child, 60));
+        if (!flight.mounts.emplace(child, pose).second) fail_repeated(child);
       } else if (parent == "earth" && child == "map") {
+        if (has_earth) fail_repeated(child);
         has_earth = true;
         if (const std::string wrong = difference_of(pose, ecef_from_local(sequence.origin));
             !wrong.empty())
@@ -79,7 +103,10 @@ void read_transforms(Flight& flight) {
       if (stamp_ns != message.log_ns)
         fail(ErrorKind::Input, "{}: {}", message.where,
              stamp_difference(stamp_ns, message.log_ns, flight.start_ns));
-      flight.local_from_body[stamp_ns] = transform_of(each.at("transform"), message.where);
+      if (!flight.local_from_body
+               .emplace(stamp_ns, transform_of(each.at("transform"), message.where))
+               .second)
+        fail(ErrorKind::Input, "{}: a second transform of {} ns", message.where, stamp_ns);
     }
   });
 }
@@ -105,28 +132,49 @@ void check_odometry(const Sequence& sequence, Flight& flight) {
       });
 }
 
+/// The IMU whose samples /tf has; null: there is none.
+const SensorRecord* first_imu(const Flight& flight) {
+  for (const SensorRecord& sensor : flight.sensors)
+    if (sensor.kind == "imu" && flight.mounts.contains(frame_of(sensor))) return &sensor;
+  return nullptr;
+}
+
+/// /tf has a transform at each frame and at each sample of the first IMU, and no other.
+void check_times_of_body(const Sequence& sequence, const Flight& flight) {
+  std::set<std::int64_t> right;
+  for (int frame = 0; frame < sequence.num_frames; ++frame)
+    right.insert(flight.ns_of(static_cast<double>(frame) / sequence.rate_hz));
+  if (const SensorRecord* imu = first_imu(flight))
+    for (const double time_s : imu->times_s) right.insert(flight.ns_of(time_s));
+  for (const auto& [stamp_ns, pose] : flight.local_from_body)
+    if (!right.contains(stamp_ns))
+      fail(ErrorKind::Input,
+           "{}: /tf has a transform of {} ns, when there is no frame and no sample of the first "
+           "IMU",
+           flight.bag.path(), stamp_ns);
+  for (const std::int64_t stamp_ns : right)
+    if (!flight.local_from_body.contains(stamp_ns))
+      fail(ErrorKind::Input,
+           "{}: /tf has no transform of {} ns, when there is a frame or a sample of the first IMU",
+           flight.bag.path(), stamp_ns);
+}
+
 /// Where /tf puts the body at each sample of the first IMU, against the IMU's own record.
-void check_body_at_samples(const Dataset& dataset, const Sequence& sequence, const Flight& flight) {
+void check_body_at_samples(const Sequence& sequence, const Flight& flight) {
+  const SensorRecord* imu = first_imu(flight);
+  if (imu == nullptr) return;
   const Pose local_from_ecef = ecef_from_local(sequence.origin).inverse();
-  for (const SensorRecord& sensor : read_sensors(dataset, sequence)) {
-    const std::string frame = ros_word(sensor.rig) + "/" + ros_word(sensor.name);
-    if (sensor.kind != "imu" || !flight.mounts.contains(frame)) continue;
-    for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
-      const auto state = sensor.imu_state(k);
-      if (!state) return;
-      const std::int64_t stamp_ns = flight.start_ns + std::llround(1e9 * sensor.times_s[k]);
-      const auto found = flight.local_from_body.find(stamp_ns);
-      if (found == flight.local_from_body.end())
-        fail(ErrorKind::Input, "{}: /tf has no transform of {}, when {} has a sample",
-             flight.bag.path(), stamp_ns, sensor.file);
-      const std::string wrong =
-          difference_of(found->second, local_from_ecef * state->ecef_from_sensor *
-                                           sensor.body_from_sensor.inverse());
-      if (!wrong.empty())
-        fail(ErrorKind::Input, "{}: /tf at {} {}, by {}", flight.bag.path(), stamp_ns, wrong,
-             sensor.file);
-    }
-    return;
+  for (std::size_t k = 0; k < imu->times_s.size(); ++k) {
+    const auto state = imu->imu_state(k);
+    if (!state) return;
+    const std::int64_t stamp_ns = flight.ns_of(imu->times_s[k]);
+    const auto found = flight.local_from_body.find(stamp_ns);
+    if (found == flight.local_from_body.end()) continue;  // check_times_of_body() finds it
+    const std::string wrong = difference_of(
+        found->second, local_from_ecef * state->ecef_from_sensor * imu->body_from_sensor.inverse());
+    if (!wrong.empty())
+      fail(ErrorKind::Input, "{}: /tf at {} {}, by {}", flight.bag.path(), stamp_ns, wrong,
+           imu->file);
   }
 }
 
@@ -209,7 +257,7 @@ class CameraTopics {
         sequence_(sequence),
         camera_(camera),
         topic_("/" + ros_word(camera.rig) + "/" + ros_word(camera.name_in_rig)),
-        frame_id_(topic_.substr(1) + "_optical") {}
+        frame_id_(frame_of(camera)) {}
 
   void read(Findings& findings) {
     const auto attempt = [&](auto&& work) { findings.attempt(flight_.bag.path(), work); };
@@ -221,7 +269,7 @@ class CameraTopics {
 
  private:
   std::int64_t frame_ns(std::size_t frame) const {
-    return flight_.start_ns + std::llround(1e9 * (static_cast<double>(frame) / sequence_.rate_hz));
+    return flight_.ns_of(static_cast<double>(frame) / sequence_.rate_hz);
   }
 
   void read_mount(Findings& findings) {
@@ -255,8 +303,7 @@ class CameraTopics {
         [&](std::size_t frame, const ReadMessage& message) {
           const bool is_own = sequence_.states_belief && frame < camera_.stamps_s.size();
           const std::int64_t right_ns =
-              is_own ? flight_.start_ns + std::llround(1e9 * camera_.stamps_s[frame])
-                     : frame_ns(frame);
+              is_own ? flight_.ns_of(camera_.stamps_s[frame]) : frame_ns(frame);
           if (message.stamp_ns() != right_ns)
             fail(ErrorKind::Input, "{}: {}", message.where,
                  stamp_difference(message.stamp_ns(), right_ns, flight_.start_ns));
@@ -356,15 +403,19 @@ void McapReader::read(const Dataset& dataset, Sequence& sequence, Findings& find
     Bag bag(dataset, sequence);
     Flight flight{.bag = bag,
                   .start_ns = parse_utc_ns(sequence.utc_start, "dataset.json: utc_start")};
+    const std::string sensors_file = sequence.path + "/sensors.json";
+    findings.attempt(sensors_file, [&] { flight.sensors = read_sensors(dataset, sequence); });
     findings.attempt(path, [&] { read_static_transforms(sequence, flight); });
     findings.attempt(path, [&] { read_transforms(flight); });
     findings.attempt(path, [&] { check_odometry(sequence, flight); });
-    findings.attempt(path, [&] { check_body_at_samples(dataset, sequence, flight); });
+    findings.attempt(path, [&] { check_times_of_body(sequence, flight); });
+    findings.attempt(path, [&] { check_body_at_samples(sequence, flight); });
     for (int frame = 0; frame < sequence.num_frames; ++frame)
       sequence.times_s.push_back(static_cast<double>(frame) / sequence.rate_hz);
     for (Camera& camera : sequence.cameras) CameraTopics(flight, sequence, camera).read(findings);
-    findings.attempt(sequence.path + "/sensors.json", [&] {
-      check_bag_sensors(dataset, sequence, flight.start_ns, flight.mounts, bag, findings);
+    findings.attempt(sensors_file, [&] {
+      check_bag_sensors(dataset, sequence, flight.sensors, flight.start_ns, flight.mounts, bag,
+                        findings);
     });
     if (const std::vector<std::string> others = bag.left_over(); !others.empty())
       findings.add(path, fmt::format("{} topics of nothing that dataset.json or sensors.json has, "

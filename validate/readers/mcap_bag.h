@@ -9,6 +9,7 @@
 #include "validate/dataset.h"
 #include "validate/readers/mcap_container.h"
 #include "validate/readers/ros_values.h"
+#include "validate/readers/sensors.h"
 
 namespace terracast::validate {
 
@@ -67,8 +68,10 @@ Eigen::Vector3d vector_of(const RosValue& value);
 Pose transform_of(const RosValue& value, const std::string& where);
 
 /// Holds the samples of sensors against sensors.json, and where sensors are mounted.
-/// mounts   base_link from frame, of /tf_static
-void check_bag_sensors(const Dataset& dataset, const Sequence& sequence, std::int64_t start_ns,
+/// sensors   of sensors.json
+/// mounts    base_link from frame, of /tf_static
+void check_bag_sensors(const Dataset& dataset, const Sequence& sequence,
+                       const std::vector<SensorRecord>& sensors, std::int64_t start_ns,
                        const std::map<std::string, Pose>& mounts, Bag& bag, Findings& findings);
 
 }  // namespace terracast::validate

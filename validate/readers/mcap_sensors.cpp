@@ -112,18 +112,21 @@ class ScannedPoints {
   ScannedPoints(const Dataset& dataset, const Sequence& sequence, const SensorRecord& scanner)
       : dataset_(dataset), sequence_(sequence), scanner_(scanner) {}
 
-  /// Time, x, y, z, reflectance, ring of the next point; nothing where there is none.
-  std::optional<std::array<double, 6>> next() {
+  static constexpr std::array kColumns = {"time_s",      "x_m",  "y_m",           "z_m",
+                                          "reflectance", "ring", "return_number", "num_returns"};
+  using Point = std::array<double, kColumns.size()>;
+
+  /// The columns of the next point; nothing where there is none.
+  std::optional<Point> next() {
     while (row_ == num_rows_) {
       if (frame_ == sequence_.num_frames) return std::nullopt;
       const NpyTable table = read_scans(dataset_, scanner_, frame_++);
-      constexpr std::array kNames = {"time_s", "x_m", "y_m", "z_m", "reflectance", "ring"};
-      for (std::size_t k = 0; k < kNames.size(); ++k)
-        columns_[k] = table.numbers(kNames[k], scanner_.file);
+      for (std::size_t k = 0; k < kColumns.size(); ++k)
+        columns_[k] = table.numbers(kColumns[k], scanner_.file);
       num_rows_ = table.num_rows;
       row_ = 0;
     }
-    std::array<double, 6> point;
+    Point point;
     for (std::size_t k = 0; k < point.size(); ++k) point[k] = columns_[k][row_];
     ++row_;
     return point;
@@ -135,30 +138,48 @@ class ScannedPoints {
   const SensorRecord& scanner_;
   int frame_ = 0;
   std::size_t row_ = 0, num_rows_ = 0;
-  std::array<std::vector<double>, 6> columns_;
+  std::array<std::vector<double>, kColumns.size()> columns_;
 };
 
 /// Where the fields of a cloud's points are that must be there.
 struct CloudFields {
-  std::array<std::size_t, 6> offsets{};  ///< as ScannedPoints has them
+  struct Type {
+    double datatype;  ///< of sensor_msgs/PointField
+    std::size_t num_bytes;
+  };
+  struct Field {
+    const char* name;
+    Type type;
+  };
+  static constexpr Type kFloat32{7.0, 4}, kUint16{4.0, 2}, kUint8{2.0, 1};
+  /// In the order of ScannedPoints::kColumns.
+  static constexpr std::array<Field, ScannedPoints::kColumns.size()> kFields = {
+      {{"time", kFloat32},
+       {"x", kFloat32},
+       {"y", kFloat32},
+       {"z", kFloat32},
+       {"intensity", kFloat32},
+       {"ring", kUint16},
+       {"return_number", kUint8},
+       {"num_returns", kUint8}}};
+
+  std::array<std::size_t, kFields.size()> offsets{};
   std::size_t point_bytes = 0;
 
   explicit CloudFields(const ReadMessage& cloud) {
-    constexpr std::array kNames = {"time", "x", "y", "z", "intensity", "ring"};
-    constexpr double kFloat32 = 7.0, kUint16 = 4.0;
     point_bytes = static_cast<std::size_t>(whole_of(cloud.value.at("point_step"), cloud.where));
-    for (std::size_t k = 0; k < kNames.size(); ++k) {
-      const bool is_ring = k + 1 == kNames.size();
+    for (std::size_t k = 0; k < kFields.size(); ++k) {
+      const auto& [name, type] = kFields[k];
       bool is_there = false;
       for (const RosValue& field : cloud.value.at("fields").items) {
-        if (field.at("name").text != kNames[k]) continue;
+        if (field.at("name").text != name) continue;
         offsets[k] = static_cast<std::size_t>(whole_of(field.at("offset"), cloud.where));
-        is_there = field.at("datatype").number == (is_ring ? kUint16 : kFloat32) &&
-                   offsets[k] + (is_ring ? 2 : 4) <= point_bytes;
+        is_there = field.at("datatype").number == type.datatype &&
+                   offsets[k] + type.num_bytes <= point_bytes;
       }
       if (!is_there)
         fail(ErrorKind::Input, "{}: no field {} of its right type within a point", cloud.where,
-             kNames[k]);
+             name);
     }
   }
 };
@@ -180,6 +201,13 @@ void check_cloud(const Dataset& dataset, const ReadMessage& cloud, const std::st
       data.num_bytes / fields.point_bytes != num_points)
     fail(ErrorKind::Input, "{}: {} bytes for {} points of {}", cloud.where, data.num_bytes,
          num_points, fields.point_bytes);
+  if (cloud.value.at("row_step").number != static_cast<double>(data.num_bytes))
+    fail(ErrorKind::Input, "{}: row_step is {}; {} is right", cloud.where,
+         cloud.value.at("row_step").number, data.num_bytes);
+  if (cloud.value.at("is_dense").number != 1.0 || cloud.value.at("is_bigendian").number != 0.0)
+    fail(ErrorKind::Input,
+         "{}: is_dense is {} and is_bigendian {}; true (all points are finite) and false are right",
+         cloud.where, cloud.value.at("is_dense").number, cloud.value.at("is_bigendian").number);
   const std::vector<std::byte> bytes =
       read_bytes_at(dataset.root / path, path, cloud.offset + data.bytes_at, data.num_bytes);
   for (std::size_t i = 0; i < num_points; ++i) {
@@ -188,22 +216,41 @@ void check_cloud(const Dataset& dataset, const ReadMessage& cloud, const std::st
     const std::byte* point = &bytes[i * fields.point_bytes];
     // The message counts a point's time from its own stamp.
     const double since_s = (*right)[0] - 1e-9 * static_cast<double>(cloud.stamp_ns() - start_ns);
-    constexpr double kRounding_s = 1e-8;
-    bool is_right = std::abs(number_at<float>(point + fields.offsets[0]) - since_s) < kRounding_s;
+    constexpr double kStampRounding_s = 1e-9;
+    bool is_right = std::abs(number_at<float>(point + fields.offsets[0]) - since_s) <=
+                    kSameFloat * std::abs(since_s) + kStampRounding_s;
     for (std::size_t k = 1; k < 5; ++k) {
       const double found = number_at<float>(point + fields.offsets[k]);
       is_right = is_right && std::abs(found - (*right)[k]) <= kSameFloat * std::abs((*right)[k]);
     }
-    is_right = is_right && number_at<std::uint16_t>(point + fields.offsets[5]) == (*right)[5];
+    is_right = is_right && number_at<std::uint16_t>(point + fields.offsets[5]) == (*right)[5] &&
+               number_at<std::uint8_t>(point + fields.offsets[6]) == (*right)[6] &&
+               number_at<std::uint8_t>(point + fields.offsets[7]) == (*right)[7];
     if (!is_right)
       fail(ErrorKind::Input,
-           "{}: point {} is not that of the scans (time, x, y, z, intensity, ring)", cloud.where,
-           i);
+           "{}: point {} is not that of the scans (time, x, y, z, intensity, ring, "
+           "return_number, num_returns)",
+           cloud.where, i);
   }
+}
+
+/// Scans begin at multiples of their period, from the first frame's time to the last one's.
+void check_number_of_clouds(const Sequence& sequence, const SensorRecord& scanner,
+                            std::size_t num_clouds, const std::string& where) {
+  const auto count = static_cast<double>(num_clouds);
+  const double last_frame_s = (sequence.num_frames - 1) / sequence.rate_hz;
+  if (num_clouds == 0 || (count - 1.0) / scanner.rate_hz > last_frame_s ||
+      count / scanner.rate_hz <= last_frame_s)
+    fail(ErrorKind::Input,
+         "{}: {} messages; one of each scan is right, which begin {} times a second from 0 to "
+         "{} s",
+         where, num_clouds, scanner.rate_hz, last_frame_s);
 }
 
 void check_clouds(const Dataset& dataset, const Sequence& sequence, const SensorRecord& scanner,
                   std::int64_t start_ns, const std::string& frame, Bag& bag) {
+  check_number_of_clouds(sequence, scanner, bag.num_messages("/" + frame),
+                         bag.path() + ": /" + frame);
   ScannedPoints scans(dataset, sequence, scanner);
   bag.visit("/" + frame, "sensor_msgs/msg/PointCloud2",
             [&](std::size_t i, const ReadMessage& cloud) {
@@ -231,9 +278,10 @@ void check_mount(const std::map<std::string, Pose>& mounts, const SensorRecord& 
 
 }  // namespace
 
-void check_bag_sensors(const Dataset& dataset, const Sequence& sequence, std::int64_t start_ns,
+void check_bag_sensors(const Dataset& dataset, const Sequence& sequence,
+                       const std::vector<SensorRecord>& sensors, std::int64_t start_ns,
                        const std::map<std::string, Pose>& mounts, Bag& bag, Findings& findings) {
-  for (const SensorRecord& sensor : read_sensors(dataset, sequence)) {
+  for (const SensorRecord& sensor : sensors) {
     const std::string frame = ros_word(sensor.rig) + "/" + ros_word(sensor.name);
     const bool is_exported =
         std::any_of(sequence.cameras.begin(), sequence.cameras.end(),
