@@ -45,8 +45,10 @@ double number_of(std::string_view type, const std::byte* at) {
 
 constexpr std::size_t kMostTypes = 100;
 constexpr std::size_t kMostFields = 100;
-constexpr std::size_t kMostLength = 10000;   // of arrays that the type fixes
-constexpr std::size_t kMostItems = 100'000;  // of a message, that are no numbers
+constexpr std::size_t kMostLength = 10000;    // of arrays that the type fixes
+constexpr std::size_t kMostName = 255;        // letters of a field's name, which each value repeats
+constexpr std::size_t kMostValues = 200'000;  // of a message, each about 200 bytes in memory
+constexpr std::size_t kMostNumbers = 2'000'000;  // of a message's arrays
 
 }  // namespace
 
@@ -88,6 +90,10 @@ void RosDefinition::add_type(const std::string& type, std::string_view fields) {
     field.type = std::string(words.substr(0, blank));
     const std::string_view rest = trimmed(words.substr(blank));
     field.name = std::string(rest.substr(0, rest.find(' ')));
+    if (field.name.size() > kMostName)
+      fail(ErrorKind::Input,
+           "{}: a definition has a field whose name is of {} letters; up to {} are right", name_,
+           field.name.size(), kMostName);
     if (const std::size_t bracket = field.type.find('['); bracket != std::string::npos) {
       field.is_array = true;
       const std::string length = field.type.substr(bracket + 1);
@@ -175,9 +181,20 @@ class RosDefinition::Decoder {
     return number_of(type, take(size));
   }
 
+  /// Before values are made.
+  void count(std::size_t values) {
+    num_values_ += values;
+    if (num_values_ > kMostValues)
+      fail(ErrorKind::Input, "{}: a message of more than {} values, not counting arrays of numbers",
+           definition_.name_, kMostValues);
+  }
+
   RosValue of_type(const std::string& type) {
+    const std::vector<Field>& fields = definition_.types_.at(type);
+    count(fields.size());
     RosValue value;
-    for (const Field& field : definition_.types_.at(type))
+    value.fields.reserve(fields.size());
+    for (const Field& field : fields)
       value.fields.emplace_back(field.name, field.is_array ? array(field) : one(field.type));
     return value;
   }
@@ -209,12 +226,15 @@ class RosDefinition::Decoder {
     } else if (size > 0) {
       if (length > 0) align(size);
       need(length * size);
+      num_numbers_ += length;
+      if (num_numbers_ > kMostNumbers)
+        fail(ErrorKind::Input, "{}: a message of more than {} numbers in arrays", definition_.name_,
+             kMostNumbers);
+      value.numbers.reserve(length);
       for (std::size_t i = 0; i < length; ++i) value.numbers.push_back(number(field.type));
     } else {
-      num_items_ += length;
-      if (num_items_ > kMostItems)
-        fail(ErrorKind::Input, "{}: a message of more than {} parts", definition_.name_,
-             kMostItems);
+      count(length);
+      value.items.reserve(length);
       for (std::size_t i = 0; i < length; ++i) value.items.push_back(one(field.type));
     }
     return value;
@@ -224,7 +244,7 @@ class RosDefinition::Decoder {
   std::span<const std::byte> bytes_;
   std::uint64_t num_bytes_;
   std::size_t at_ = kHeadBytes;
-  std::size_t num_items_ = 0;
+  std::size_t num_values_ = 0, num_numbers_ = 0;
 };
 
 RosValue RosDefinition::read(std::span<const std::byte> message, std::uint64_t num_bytes) const {

@@ -35,7 +35,9 @@ class RosDefinition {
 
   /// message     its start at least: bytes at its end that belong to an array of bytes may be missing
   /// num_bytes   of the whole message
-  /// throws      Input: no CDR of little-endian numbers; too short or too long for the definition
+  /// throws      Input: no CDR of little-endian numbers; too short or too long for the definition; more than 200,000
+  ///             values, or 2,000,000 numbers in arrays
+  /// memory      up to 100 MB beside the texts, whatever the definition says
   RosValue read(std::span<const std::byte> message, std::uint64_t num_bytes) const;
 
  private:
