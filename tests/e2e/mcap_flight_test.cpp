@@ -371,7 +371,7 @@ TEST_F(McapFlight, WrongFilesAreFoundAndNamed) {
     bool mends = true;
   };
   // Where fields stand in messages: a head of 4, a stamp of 8, the text of the frame, then multiples of 8 after the head.
-  constexpr std::size_t kImuForces = 228, kFixAltitude = 52, kQuaternion = 68;
+  constexpr std::size_t kImuForces = 228, kFixAltitude = 52, kQuaternion = 68, kOdometryChild = 24;
   constexpr std::size_t kCloudWidth = 36;
   const auto end_of_cloud =
       message("/down/spin_16", 0) +
@@ -416,6 +416,8 @@ TEST_F(McapFlight, WrongFilesAreFoundAndNamed) {
        "a transform of down/wade_optical, which is no camera"},
       {[&](File& file) { replace_all(file, "down/wide_optical", "down/left_optical"); },
        "a second transform of down/left_optical"},
+      {[&](File& file) { put_at(file, message("/truth/odometry", 1) + kOdometryChild, 'B'); },
+       "child_frame_id is \"Base_link\""},
       // x y z w becomes w x y z.
       {[&](File& file) {
          const std::size_t at = message("/tf", 4) + kQuaternion;

@@ -118,6 +118,10 @@ void check_odometry(const Sequence& sequence, Flight& flight) {
   flight.bag.visit(
       "/truth/odometry", "nav_msgs/msg/Odometry", [&](std::size_t, const ReadMessage& message) {
         message.check_frame("map");
+        if (const std::string& child = message.value.at("child_frame_id").text;
+            child != "base_link")
+          fail(ErrorKind::Input, "{}: child_frame_id is \"{}\"; base_link is right", message.where,
+               core::first_letters(child, 60));
         const RosValue& pose = message.value.at("pose.pose");
         RosValue transform;
         transform.fields = {{"translation", pose.at("position")},
