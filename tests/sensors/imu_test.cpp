@@ -460,7 +460,7 @@ TEST(ImuOnRecordings, ThoseTooCoarseForItAreRefused) {
   for (const double jitter_s : {-0.002, 0.002}) {
     const core::Choice<sensors::SensorInfo> sensor = sensor_of("imu", "");
     EXPECT_NO_THROW(dynamic_cast<const sensors::MotionCheck&>(*sensor).check_motion(
-        *recorded_motion(frame(), 0.2, 0.05, jitter_s)));
+        *recorded_motion(frame, 0.2, 0.05, jitter_s)));
   }
   // The number that a message suggests is accepted.
   for (const double fix_s : {1.0 / 1.99996, 1.0 / 3.4999, 1.0 / 3.0001, 60.0 / 7.0}) {
