@@ -165,13 +165,13 @@ class McapExporter final : public Exporter {
       progress.skip(num_images);
       return;
     }
-    McapCounts counts;
+    std::string description;
     const BagImages written = images();
     writer.write_by(name + "/" + file, [&](const std::filesystem::path& temporary) {
-      counts = BagWriter(sequence, plan, written, calibration_, local)
-                   .write(temporary, about(sequence, plan, local), progress);
+      description = BagWriter(sequence, plan, written, calibration_, local)
+                        .write(temporary, file, about(sequence, plan, local), progress);
     });
-    writer.write(yaml, bag_metadata_yaml(plan, counts, file));
+    writer.write(yaml, bag_metadata_yaml(description));
   }
 
   std::vector<std::string> rigs_;

@@ -112,29 +112,38 @@ BagPlan plan_bag(const Exporter& exporter, const capture::SequenceInfo& info,
   return plan;
 }
 
-std::string bag_metadata_yaml(const BagPlan& plan, const McapCounts& counts,
-                              const std::string& file) {
+std::string bag_description(const BagPlan& plan, const McapCounts& counts,
+                            const std::string& file) {
   const std::int64_t duration_ns = counts.last_ns - counts.first_ns;
   std::string text = fmt::format(
-      "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n"
-      "  duration:\n    nanoseconds: {}\n  starting_time:\n    nanoseconds_since_epoch: {}\n"
-      "  message_count: {}\n  topics_with_message_count:\n",
+      "version: 5\nstorage_identifier: mcap\n"
+      "duration:\n  nanoseconds: {}\nstarting_time:\n  nanoseconds_since_epoch: {}\n"
+      "message_count: {}\ntopics_with_message_count:\n",
       duration_ns, counts.first_ns, counts.num_messages);
   for (std::size_t i = 0; i < plan.channels.size(); ++i) {
     const McapChannel& channel = plan.channels[i];
     text += fmt::format(
-        "    - topic_metadata:\n        name: {}\n        type: {}\n"
-        "        serialization_format: cdr\n        offered_qos_profiles: {}\n"
-        "      message_count: {}\n",
+        "  - topic_metadata:\n      name: {}\n      type: {}\n"
+        "      serialization_format: cdr\n      offered_qos_profiles: {}\n"
+        "    message_count: {}\n",
         channel.topic, channel.type, quoted(channel.metadata.at("offered_qos_profiles")),
         counts.of_channels[i]);
   }
   return text + fmt::format(
-                    "  compression_format: \"\"\n  compression_mode: \"\"\n"
-                    "  relative_file_paths:\n    - {0}\n  files:\n    - path: {0}\n"
-                    "      starting_time:\n        nanoseconds_since_epoch: {1}\n"
-                    "      duration:\n        nanoseconds: {2}\n      message_count: {3}\n",
+                    "compression_format: \"\"\ncompression_mode: \"\"\n"
+                    "relative_file_paths:\n  - {0}\nfiles:\n  - path: {0}\n"
+                    "    starting_time:\n      nanoseconds_since_epoch: {1}\n"
+                    "    duration:\n      nanoseconds: {2}\n    message_count: {3}\n",
                     file, counts.first_ns, duration_ns, counts.num_messages);
+}
+
+std::string bag_metadata_yaml(const std::string& description) {
+  std::string text = "rosbag2_bagfile_information:\n  ";
+  for (std::size_t i = 0; i < description.size(); ++i) {
+    text += description[i];
+    if (description[i] == '\n' && i + 1 < description.size()) text += "  ";
+  }
+  return text;
 }
 
 }  // namespace terracast::exporters

@@ -58,9 +58,12 @@ std::string ros_word(const std::string& name);
 BagPlan plan_bag(const Exporter& exporter, const capture::SequenceInfo& info,
                  const BagImages& images);
 
-/// metadata.yaml, by which rosbag2 takes the folder that holds the file for a bag; of version 5, in which qualities of service
-/// are texts.
-std::string bag_metadata_yaml(const BagPlan& plan, const McapCounts& counts,
-                              const std::string& file);
+/// rosbag2's description of a bag of one file, as YAML; of version 5, in which policies of QoS are numbers. It stands in the
+/// file, too: without it rosbag2 takes the policies that a file without metadata.yaml offers for names.
+std::string bag_description(const BagPlan& plan, const McapCounts& counts, const std::string& file);
+
+/// metadata.yaml, by which rosbag2 takes the folder that holds the file for a bag.
+/// description   bag_description()
+std::string bag_metadata_yaml(const std::string& description);
 
 }  // namespace terracast::exporters

@@ -128,14 +128,20 @@ void BagWriter::add_body(const capture::FrameRecord& record) {
 }
 
 void BagWriter::add_transforms_of_imu(const capture::StreamInfo& imu,
-                                      const capture::Samples& samples, double frame_time_s) {
+                                      const capture::Samples& samples, int frame) {
   const StreamColumns columns(imu);
   const auto place = columns.of_axes("ecef_", "xyz", "_m");
   const auto turn = columns.of_axes("ecef_q", "wxyz", "");
   const geo::Rigid3d local_from_ecef = geo::WorldFrame(local_.origin).ecef_from_world().inverse();
   const geo::Rigid3d imu_from_body = imu.body_from_sensor().inverse();
+  const auto frame_ns = [&](int index) {
+    const auto at = std::min(static_cast<std::size_t>(index), sequence_.frames().size() - 1);
+    return at_ns(sequence_.frames()[at].time_s);
+  };
   for (std::size_t i = 0; i < samples.times_s.size(); ++i) {
-    if (at_ns(samples.times_s[i]) == at_ns(frame_time_s)) continue;  // the frame's own is there
+    // Frames have their own: the next one, too, whose time may be the same but for the rounding of a double.
+    const std::int64_t stamp_ns = at_ns(samples.times_s[i]);
+    if (stamp_ns == frame_ns(frame) || stamp_ns == frame_ns(frame + 1)) continue;
     const double* row = &samples.values[i * imu.channels.size()];
     const geo::Rigid3d ecef_from_imu{
         Eigen::Quaterniond(row[turn[0]], row[turn[1]], row[turn[2]], row[turn[3]]),
@@ -160,9 +166,7 @@ void BagWriter::add_sensors(int frame) {
         [&](std::size_t topic, double time_s, RosMessage message) {
           pending_.push_back({at_ns(time_s), sensor.first_channel + topic, std::move(message)});
         });
-    if (sensor.stream_index == imu_stream_)
-      add_transforms_of_imu(stream, samples,
-                            sequence_.frames()[static_cast<std::size_t>(frame)].time_s);
+    if (sensor.stream_index == imu_stream_) add_transforms_of_imu(stream, samples, frame);
   }
 }
 
@@ -176,9 +180,9 @@ void BagWriter::write_pending(std::int64_t end_ns, McapFile& file) {
   pending_.erase(pending_.begin(), next);
 }
 
-McapCounts BagWriter::write(const std::filesystem::path& path,
-                            const std::map<std::string, std::string>& metadata,
-                            core::Progress& progress) {
+std::string BagWriter::write(const std::filesystem::path& path, const std::string& name,
+                             const std::map<std::string, std::string>& metadata,
+                             core::Progress& progress) {
   McapFile file(path, "terracast " TERRACAST_VERSION, plan_.channels);
   file.add_metadata("terracast", metadata);
   add_static_transforms();
@@ -219,7 +223,10 @@ McapCounts BagWriter::write(const std::filesystem::path& path,
         progress.advance();
       });
   write_pending(std::numeric_limits<std::int64_t>::max(), file);
-  return file.finish();
+  const std::string description = bag_description(plan_, file.counts(), name);
+  file.add_metadata("rosbag2", {{"serialized_metadata", description}});
+  file.finish();
+  return description;
 }
 
 }  // namespace terracast::exporters

@@ -21,10 +21,12 @@ class BagWriter {
             const StatedCalibration& calibration, const LocalFrame& local);
 
   /// Writes the whole file.
+  /// name       that it will have, for its description
   /// metadata   of the record "terracast"
+  /// returns    bag_description(), which the record "rosbag2" holds
   /// throws     Input: damaged images or samples; Io
-  McapCounts write(const std::filesystem::path& file,
-                   const std::map<std::string, std::string>& metadata, core::Progress& progress);
+  std::string write(const std::filesystem::path& file, const std::string& name,
+                    const std::map<std::string, std::string>& metadata, core::Progress& progress);
 
  private:
   struct Pending {
@@ -46,9 +48,9 @@ class BagWriter {
   void add_static_transforms();
   void add_body(const capture::FrameRecord& record);
   void add_sensors(int frame);
-  /// Where the body is at each sample of an IMU.
+  /// Where the body is at each sample of an IMU, from a frame's time to before the next one's.
   void add_transforms_of_imu(const capture::StreamInfo& imu, const capture::Samples& samples,
-                             double frame_time_s);
+                             int frame);
   void add_transform(double time_s, const geo::Rigid3d& local_from_body);
   /// Writes what waits and is of before `end_ns`.
   void write_pending(std::int64_t end_ns, McapFile& file);

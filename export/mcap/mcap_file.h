@@ -65,6 +65,8 @@ class McapFile {
   /// channel   its place among the channels
   /// log_ns    since 1970; not before that of the message before
   void write(std::size_t channel, std::int64_t log_ns, std::span<const std::byte> message);
+  /// Of what was written.
+  const McapCounts& counts() const { return counts_; }
   /// Writes the summary and closes the file.
   McapCounts finish();
 

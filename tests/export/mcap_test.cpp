@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <sstream>
 
+#include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "export/mcap/bag_plan.h"
 #include "export/mcap/cdr.h"
@@ -118,6 +120,25 @@ TEST_F(Mcap, AnotherReaderFindsEveryMessageInOrder) {
   }
 }
 
+TEST_F(Mcap, RosbagsOwnRecordSaysThatPoliciesAreNumbers) {
+  const fs::path path = run(small_bag(), "depth = false\n");
+  // Without the record, or of another version, rosbag2 takes "history: 1" for a policy's name.
+  const std::string description =
+      read_bag(path).summary.at("metadata").at("rosbag2").at("serialized_metadata").string();
+  EXPECT_TRUE(description.starts_with("version: 5\nstorage_identifier: mcap\n"));
+  EXPECT_THAT(description, testing::HasSubstr("\nrelative_file_paths:\n  - valley.mcap\nfiles:\n"));
+  // metadata.yaml says the same, a level deeper.
+  std::istringstream yaml(core::read_text_file(path.parent_path() / "metadata.yaml"));
+  std::string line, same;
+  std::getline(yaml, line);
+  EXPECT_EQ(line, "rosbag2_bagfile_information:");
+  while (std::getline(yaml, line)) {
+    ASSERT_TRUE(line.starts_with("  ")) << line;
+    same += line.substr(2) + "\n";
+  }
+  EXPECT_EQ(description, same);
+}
+
 TEST_F(Mcap, ImagesAndDepthAreTheCaptures) {
   const TinyCaptureOptions options = small_bag();
   const Bag bag = read_bag(run(options));
@@ -207,6 +228,28 @@ TEST_F(Mcap, TransformsLeadFromTheEarthToEachCamera) {
                   .norm(),
               1e-9);
   }
+}
+
+TEST_F(Mcap, OdometryTurnsAsTheTransformsDoAlongTheBodysAxes) {
+  const Bag bag = read_bag(run(small_bag(), "depth = false\n"));
+  const auto moving = bag.of("/tf"), odometry = bag.of("/truth/odometry");
+  ASSERT_EQ(moving.size(), 3U);
+  ASSERT_EQ(odometry.size(), 3U);
+  const auto turn = [&](std::size_t from, std::size_t to) -> Vector3d {
+    const Eigen::AngleAxisd by(transform_of(*moving[from], "base_link").rotation.conjugate() *
+                               transform_of(*moving[to], "base_link").rotation);
+    return by.angle() * by.axis();
+  };
+  // Of the steps before and after the middle frame, 0.1 s each.
+  const Vector3d right_radps = (turn(0, 1) + turn(1, 2)) / 0.2;
+  const Vector3d found_radps =
+      vector_of(odometry[1]->at("fields").at("twist").at("twist").at("angular"));
+  EXPECT_GT(right_radps.norm(), 0.05);
+  EXPECT_LT((found_radps - right_radps).norm(), 1e-3 * right_radps.norm())
+      << found_radps.transpose() << " rather than " << right_radps.transpose();
+  // The same along the map's axes would be another vector.
+  EXPECT_GT((transform_of(*moving[1], "base_link").rotation * right_radps - right_radps).norm(),
+            5e-3 * right_radps.norm());
 }
 
 TEST_F(Mcap, BelievedClocksStampImagesWhichAreLoggedWhenTheyWereTaken) {
