@@ -300,6 +300,7 @@ std::string toml_of_captures(const RunConfig& config) {
   of_captures.required_plugins.clear();
   of_captures.labels.clear();
   of_captures.exports.clear();
+  of_captures.clearance = {};
   of_captures.tracing = {};
   of_captures.validation = {};
   of_captures.data = {};

@@ -1,9 +1,11 @@
 #include "job/run_config.h"
 
+#include <algorithm>
 #include <set>
 
 #include "capture/sequence_files.h"
 #include "core/plugin_rows.h"
+#include "core/registry.h"
 #include "core/toml_reader.h"
 #include "job/carried_rigs.h"
 
@@ -11,6 +13,32 @@ namespace terracast::job {
 
 using core::ErrorKind;
 using core::fail;
+
+namespace {
+
+/// Names of a part of a split trajectory stand for the whole one.
+bool is_called(const geo::TrajectoryOptions& trajectory, const std::string& name) {
+  return trajectory.name == name || trajectory.split_from == name;
+}
+
+void check_clearance(const ClearanceConfig& clearance,
+                     const std::vector<geo::TrajectoryOptions>& trajectories) {
+  std::vector<std::string> names;
+  for (const auto& trajectory : trajectories) names.push_back(trajectory.name);
+  for (const std::string& name : clearance.trajectories)
+    if (std::none_of(trajectories.begin(), trajectories.end(),
+                     [&](const auto& trajectory) { return is_called(trajectory, name); }))
+      fail(ErrorKind::Config, "clearance.trajectories: {}",
+           core::unknown_name_message("trajectory", name, names));
+}
+
+}  // namespace
+
+bool ClearanceConfig::is_of(const geo::TrajectoryOptions& trajectory) const {
+  return trajectories.empty() ||
+         std::any_of(trajectories.begin(), trajectories.end(),
+                     [&](const std::string& name) { return is_called(trajectory, name); });
+}
 
 void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Name of the job.");
@@ -37,6 +65,7 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.list(
       "traffic", traffic,
       "Vehicles, people, trains and ships on the world's own roads, paths, railways and water.");
+  visit.section("clearance", clearance, "How far paths are proved to stay from the world.");
   visit.section("conditions", conditions, "Light and air.");
   visit.section("facts", facts, "What the capture holds of each pixel.");
   visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");
@@ -60,6 +89,7 @@ void RunConfig::validate() const {
            trajectory.name);
   }
   check_carried_rigs(rigs, trajectories);
+  check_clearance(clearance, trajectories);
   check_moving(moving, trajectories);
   check_traffic(traffic);
   std::set<std::string> kinds;

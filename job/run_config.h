@@ -37,6 +37,27 @@ struct ValidateConfig {
   }
 };
 
+/// Config `[clearance]`: how far paths are proved to stay from the world.
+struct ClearanceConfig {
+  double min_m = 0.0;                     ///< 0: nothing is proved
+  std::vector<std::string> trajectories;  ///< names; none: all
+
+  template <class Visitor>
+  void describe(Visitor& visit) {
+    visit.key(
+        "min_m", min_m,
+        "Bodies stay at least so far from every surface of the world, on their whole paths and "
+        "not only at their frames: ground, water, buildings, trees, masts, as the sequence "
+        "shows them. A path that cannot be proved to do so is refused before it is rendered. "
+        "Bodies that move are not looked at. 0: nothing is proved.",
+        core::between(0.0, 10000.0));
+    visit.key("trajectories", trajectories,
+              "Names of the [[trajectories]] whose paths are proved; none named: all.");
+  }
+  /// Whether it is of a trajectory, or of the one that this is a part of.
+  bool is_of(const geo::TrajectoryOptions& trajectory) const;
+};
+
 /// A whole job: the file that `terracast run` is given.
 struct RunConfig {
   std::string name = "run";
@@ -52,6 +73,7 @@ struct RunConfig {
   std::vector<MovingOptions> moving;
   std::vector<TrafficOptions> traffic;
   scene::ConditionOptions conditions;
+  ClearanceConfig clearance;
   FactsConfig facts;
   sensors::TrackOptions tracks;
   std::vector<labels::LabelOptions> labels;

@@ -8,6 +8,7 @@
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
 #include "job/afloat.h"
+#include "job/clearance.h"
 #include "job/moving.h"
 #include "job/traffic/traffic_site.h"
 #include "render/checked_plan.h"
@@ -45,6 +46,22 @@ world::TileStore tile(const Job& job, const fs::path& store, const core::Context
 
 namespace {
 
+/// throws Input: a path that does not stay as clear of the world as the config says
+void check_clearance(const Job& job, const render::SequencePlan& sequence,
+                     const world::TileStore& store, const core::Context& context) {
+  const ClearanceConfig& clearance = job.config.clearance;
+  if (clearance.min_m <= 0.0) return;
+  const auto trajectory =
+      std::find_if(job.config.trajectories.begin(), job.config.trajectories.end(),
+                   [&](const geo::TrajectoryOptions& one) { return one.name == sequence.name; });
+  TERRACAST_CHECK(trajectory != job.config.trajectories.end(), "sequence {} without a trajectory",
+                  sequence.name);
+  if (!clearance.is_of(*trajectory)) return;
+  prove_clearance(sequence, clearance.min_m, store, context);
+  context.log.info("sequence {}: the whole path stays {} m or more from every surface",
+                   sequence.name, clearance.min_m);
+}
+
 /// A world that was tiled for other flights, or for coarser images, has not all the detail that this
 /// config asks for.
 void check_detail(const world::TileStore& store, const render::SequencePlan& sequence) {
@@ -57,15 +74,28 @@ void check_detail(const world::TileStore& store, const render::SequencePlan& seq
 }
 
 /// What the last of several sequences would be refused for is refused before the first is rendered.
-void check_sequences(const Job& job, const world::TileStore& store) {
-  if (job.sequences.size() < 2) return;
+void check_sequences(const Job& job, const world::TileStore& store, const core::Context& context) {
   for (const render::SequencePlan& sequence : job.sequences)
     core::with_context(
         [&] {
           check_detail(store, sequence);
-          render::check_rides(sequence, store, job.config.tracing);
+          check_clearance(job, sequence, store, context);
+          // Of a single one rendering finds out.
+          if (job.sequences.size() > 1) render::check_rides(sequence, store, job.config.tracing);
         },
         fmt::format("rendering sequence {}", sequence.name));
+}
+
+/// Renders a sequence of which check_detail() and check_clearance() found nothing wrong.
+render::RenderedFrames render_checked(const Job& job, const render::SequencePlan& sequence,
+                                      const world::TileStore& store,
+                                      const capture::FrameSelection& selection,
+                                      const fs::path& folder, const core::Context& context,
+                                      const std::vector<fs::path>& earlier_folders) {
+  render::SequencePlan plan = sequence;
+  add_traffic(job, store, context.log, plan);
+  return render::run_render_stage(store, plan, job.config.tracing, selection, folder, context,
+                                  earlier_folders);
 }
 
 }  // namespace
@@ -78,10 +108,8 @@ render::RenderedFrames render_sequence(const Job& job, const render::SequencePla
   return core::with_context(
       [&] {
         check_detail(store, sequence);
-        render::SequencePlan plan = sequence;
-        add_traffic(job, store, context.log, plan);
-        return render::run_render_stage(store, plan, job.config.tracing, selection, folder, context,
-                                        earlier_folders);
+        check_clearance(job, sequence, store, context);
+        return render_checked(job, sequence, store, selection, folder, context, earlier_folders);
       },
       fmt::format("rendering sequence {}", sequence.name));
 }
@@ -90,10 +118,14 @@ void render(const Job& job, const world::TileStore& store, const capture::FrameS
             const fs::path& captures, const core::Context& context) {
   const core::Log log = context.log.for_stage("render");
   const core::StageCost cost(context.with_log(log), "render");
-  check_sequences(job, store);
+  check_sequences(job, store, context.with_log(log));
   for (const auto& sequence : job.sequences)
-    render_sequence(job, sequence, store, selection, captures / sequence.name,
-                    context.with_log(log));
+    core::with_context(
+        [&] {
+          render_checked(job, sequence, store, selection, captures / sequence.name,
+                         context.with_log(log), {});
+        },
+        fmt::format("rendering sequence {}", sequence.name));
 }
 
 std::vector<labels::LabelOptions> wanted_labels(const RunConfig& config) {
