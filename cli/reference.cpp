@@ -158,8 +158,8 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
     result.emplace_back(fmt::format("recorded trajectories of format {}", format.name),
                         keys_of(*format.make(), "trajectories[]."));
   result.emplace_back(
-      "recorded trajectories of formats euroc and tum, of csv with frame = local and of ulog "
-      "with places = local_origin",
+      "recorded trajectories of formats euroc and tum, of ulog with places = local_origin, and of "
+      "csv with frame = local",
       keys_of_local_recordings());
   for (const auto& model : geo::camera_models()) {
     rigs::LensOptions lens{std::string(model.name)};

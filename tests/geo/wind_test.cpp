@@ -112,7 +112,7 @@ TEST(Wind, TurbulenceHasItsStrengthAtEachHeight) {
     EXPECT_NEAR(squares.z() / count / std::pow(scale.vertical_mps, 2), 1.0, vertical_band);
     EXPECT_NE(test::message_of(core::ErrorKind::Input,
                                [&] { field.at(at_height(agl_m), {.level_lengths = 1e4}); })
-                  .find("no turbulence was drawn"),
+                  .find("no turbulence is drawn"),
               std::string::npos);
   }
 }
