@@ -5,7 +5,7 @@
 namespace terracast::core {
 
 std::uint32_t crc32_of(std::span<const std::byte> bytes, std::uint32_t before) {
-  // Of no bytes libdeflate starts anew.
+  // For a null pointer libdeflate returns its start value, whatever came before.
   return bytes.empty() ? before : libdeflate_crc32(before, bytes.data(), bytes.size());
 }
 

@@ -62,9 +62,9 @@ void Quadrotor::describe(core::SchemaVisitor& visit) {
             core::between(0.0, 1.0));
   visit.list("rotors", rotors, "Places of the rotors, in the plane of the centre of mass.");
   visit.key("rotor_lag_up_s", rotor_lag_up_s,
-            "Time in which a rotor that gets faster comes within 1/e of what it is told; 0: none.",
+            "Time constant with which a rotor speeds up towards its command; 0: none.",
             core::between(0.0, 1.0));
-  visit.key("rotor_lag_down_s", rotor_lag_down_s, "The same of a rotor that gets slower.",
+  visit.key("rotor_lag_down_s", rotor_lag_down_s, "The same for slowing down.",
             core::between(0.0, 1.0));
   visit.key("body_drag_n_s2_per_m2", body_drag_n_s2_per_m2,
             "Drag along the body's x, y and z by the speed along it times the whole speed; none "
