@@ -124,7 +124,8 @@ double difference_of(const fs::path& a, const fs::path& b) {
   edit_floats(a, take(first));
   edit_floats(b, take(second));
   for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i)
-    if (std::isfinite(first[i]) && std::isfinite(second[i]))
+    // Of sky, which formats call 0 or infinite, there is no share.
+    if (std::isfinite(first[i]) && std::isfinite(second[i]) && first[i] > 0.0F && second[i] > 0.0F)
       sizes.push_back(std::abs(first[i] / second[i] - 1.0F));
   if (sizes.empty()) return 0.0;
   std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2),
