@@ -13,6 +13,7 @@
 #define TERRACAST_SENSORS(X) \
   X(barometer)               \
   X(gnss)                    \
+  X(gnss_observations)       \
   X(imu)                     \
   X(lidar)                   \
   X(magnetometer)            \

@@ -46,6 +46,7 @@ constexpr KnownFiles kKnownFiles[] = {
     {"", "*/sensors.json"},
     {"", "*/sensors/*.csv"},
     {"", "*/sensors/*.npy"},
+    {"", "*/sensors/*.rnx"},
     {"", "*/sensors/*.las"},
     {"", "*/sensors/*.pcd"},
     {"", "*/sensors/*.ply"},

@@ -17,6 +17,7 @@
 #include "core/atomic_file.h"
 #include "core/json.h"
 #include "tests/support/listed_files.h"
+#include "tests/support/report_results.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -83,14 +84,6 @@ format = "tum"
 depth_factor = 200.0
 )";
 
-Json result_of(const fs::path& report, const std::string& name) {
-  const Json json = Json::read(report / "report.json");
-  for (std::size_t i = 0; i < json.at("checks").size(); ++i)
-    if (json.at("checks").at(i).at("name").string() == name) return json.at("checks").at(i);
-  ADD_FAILURE() << "no result " << name;
-  return Json::object();
-}
-
 /// Runs the job.
 /// returns   the dataset
 fs::path make_dataset(const fs::path& folder, const std::string& rig_keys = "",
@@ -130,7 +123,7 @@ TEST(EurocFlight, HoldsAndReadsAsOthersReadIt) {
   const fs::path report = scratch / "job/out/report/euroc";
   for (const char* name : {"structure", "sensors", "inertial_position", "inertial_rotation",
                            "calibration_intrinsics", "reprojection_position", "oracle_depth"}) {
-    const Json result = result_of(report, name);
+    const Json result = result_in(report, name);
     EXPECT_TRUE(result.at("ok").boolean()) << name;
     EXPECT_FALSE(result.at("unseen").boolean()) << name;
   }
@@ -167,7 +160,7 @@ TEST(TumFlight, HoldsAndWrongFilesAreFoundAndNamed) {
   make_dataset(scratch / "job");
   for (const char* name : {"structure", "georeference_position", "georeference_rotation",
                            "reprojection_position", "oracle_depth", "sensors"}) {
-    const Json result = result_of(scratch / "job/out/report/tum", name);
+    const Json result = result_in(scratch / "job/out/report/tum", name);
     EXPECT_TRUE(result.at("ok").boolean()) << name;
     EXPECT_FALSE(result.at("unseen").boolean()) << name;
   }
@@ -217,7 +210,7 @@ TEST(TumFlight, HoldsAndWrongFilesAreFoundAndNamed) {
                            "--quiet"})
                   .status,
               1);
-    const Json result = result_of(scratch / "report", row.check);
+    const Json result = result_in(scratch / "report", row.check);
     EXPECT_FALSE(result.at("ok").boolean());
     EXPECT_THAT(result.at("worst").string(), HasSubstr(row.words));
     core::write_file(file, right);
@@ -232,7 +225,7 @@ TEST(EurocFlight, BelievedCalibrationsAndClocksHold) {
       "clock_offset_sd_s = 1e-3}",
       "believed");
   for (const char* name : {"structure", "clocks", "calibration_position"})
-    EXPECT_TRUE(result_of(scratch / "job/out/report/euroc", name).at("ok").boolean()) << name;
+    EXPECT_TRUE(result_in(scratch / "job/out/report/euroc", name).at("ok").boolean()) << name;
 }
 
 TEST(EurocFlight, WrongFilesAreFoundAndNamed) {
@@ -311,7 +304,7 @@ TEST(EurocFlight, WrongFilesAreFoundAndNamed) {
     const ProgramResult validated = run_program(
         {"validate", dataset.string(), "--report", (scratch / "report").string(), "--quiet"});
     EXPECT_EQ(validated.status, 1) << validated.output;
-    EXPECT_THAT(result_of(scratch / "report", "structure").at("worst").string(),
+    EXPECT_THAT(result_in(scratch / "report", "structure").at("worst").string(),
                 HasSubstr(row.words));
     core::write_file(file, right);
   }

@@ -13,6 +13,7 @@
 #include "core/atomic_file.h"
 #include "core/json.h"
 #include "tests/support/listed_files.h"
+#include "tests/support/report_results.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -78,14 +79,6 @@ format = "colmap"
 format = "coco"
 rig = "down"
 )";
-
-/// The value and state of a result of a report.
-core::Json result_of(const core::Json& report, const std::string& name) {
-  for (std::size_t i = 0; i < report.at("checks").size(); ++i)
-    if (report.at("checks").at(i).at("name").string() == name) return report.at("checks").at(i);
-  ADD_FAILURE() << "no result " << name;
-  return core::Json::object();
-}
 
 /// A table with one column changed.
 std::string with_column(const std::string& table, const std::string& name,

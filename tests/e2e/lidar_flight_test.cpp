@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <functional>
 #include <string>
 #include <utility>
@@ -10,9 +9,10 @@
 #include "core/atomic_file.h"
 #include "core/json.h"
 #include "tests/support/listed_files.h"
+#include "tests/support/report_results.h"
 #include "tests/support/run_program.h"
+#include "tests/support/scan_table.h"
 #include "tests/support/test_data.h"
-#include "validate/npy.h"
 
 /// A flight with scanners through the whole program: its datasets hold, and wrong points are found.
 namespace terracast::test {
@@ -64,50 +64,6 @@ format = "colmap"
 format = "coco"
 )";
 
-/// The value and state of a result of a report.
-core::Json result_of(const core::Json& report, const std::string& name) {
-  for (std::size_t i = 0; i < report.at("checks").size(); ++i)
-    if (report.at("checks").at(i).at("name").string() == name) return report.at("checks").at(i);
-  ADD_FAILURE() << "no result " << name;
-  return core::Json::object();
-}
-
-/// The rows of one file, to be edited.
-class Table {
- public:
-  explicit Table(fs::path file)
-      : file_(std::move(file)),
-        bytes_(core::read_file(file_)),
-        table_(validate::parse_npy_table(bytes_, file_.string())) {}
-  ~Table() { core::write_file(file_, bytes_); }
-  Table(const Table&) = delete;
-  Table& operator=(const Table&) = delete;
-
-  std::size_t size() const { return table_.num_rows; }
-  double get(const std::string& column, std::size_t row) const {
-    return table_.numbers(column, "")[row];
-  }
-  template <class Number>
-  void set(const std::string& column, std::size_t row, Number number) {
-    for (const validate::NpyTable::Column& one : table_.columns)
-      if (one.name == column) {
-        ASSERT_EQ(one.item_size, sizeof(Number));
-        std::memcpy(
-            bytes_.data() + bytes_.size() - (table_.num_rows - row) * table_.row_bytes + one.offset,
-            &number, sizeof(Number));
-      }
-  }
-  void map(const std::string& column, const std::function<double(std::size_t, double)>& change) {
-    const std::vector<double> values = table_.numbers(column, "");
-    for (std::size_t row = 0; row < size(); ++row) set(column, row, change(row, values[row]));
-  }
-
- private:
-  fs::path file_;
-  std::vector<std::byte> bytes_;
-  validate::NpyTable table_;
-};
-
 TEST(LidarFlight, HoldsAndWrongPointsAreFound) {
   const ScratchFolder scratch;
   core::write_file(scratch / "job.toml", kJob);
@@ -142,10 +98,10 @@ TEST(LidarFlight, HoldsAndWrongPointsAreFound) {
   };
   // 6.6 mm of the body's way.
   failed("lidar_place", "one_cycle_late", [](const fs::path& file) {
-    Table(file).map("time_s", [](std::size_t, double time_s) { return time_s + 553e-6; });
+    ScanTable(file).map("time_s", [](std::size_t, double time_s) { return time_s + 553e-6; });
   });
   failed("lidar_place", "pose_of_the_frame", [](const fs::path& file) {
-    Table table(file);
+    ScanTable table(file);
     const double begin_s = table.get("time_s", 0);
     std::vector<double> times_s;
     for (std::size_t row = 0; row < table.size(); ++row) times_s.push_back(0.0);
@@ -154,7 +110,7 @@ TEST(LidarFlight, HoldsAndWrongPointsAreFound) {
               [&](std::size_t row, double x_m) { return x_m - 12.0 * (times_s[row] - begin_s); });
   });
   failed("lidar_place", "other_axes", [](const fs::path& file) {
-    Table table(file);
+    ScanTable table(file);
     std::vector<double> x_m(table.size());
     table.map("x_m", [&](std::size_t row, double value) { return x_m[row] = value; });
     std::vector<double> y_m(table.size());
@@ -165,21 +121,21 @@ TEST(LidarFlight, HoldsAndWrongPointsAreFound) {
     table.map("x_m", [&](std::size_t row, double) { return y_m[row]; });
   });
   failed("lidar_surface", "a_millimetre_low", [](const fs::path& file) {
-    Table(file).map("local_z_m", [](std::size_t, double z_m) { return z_m - 1e-3; });
+    ScanTable(file).map("local_z_m", [](std::size_t, double z_m) { return z_m - 1e-3; });
   });
   failed("lidar", "other_order", [](const fs::path& file) {
-    Table table(file);
+    ScanTable table(file);
     const double first_s = table.get("time_s", 0), last_s = table.get("time_s", table.size() - 1);
     table.set("time_s", 0, last_s);
     table.set("time_s", table.size() - 1, first_s);
   });
   failed("lidar", "other_rings", [](const fs::path& file) {
-    Table table(file);
+    ScanTable table(file);
     for (std::size_t row = 0; row < table.size(); ++row)
-      table.set("ring", row, static_cast<std::uint16_t>(15 - table.get("ring", row)));
+      table.set("ring", row, 15.0 - table.get("ring", row));
   });
   failed("lidar", "beyond_its_noise", [](const fs::path& file) {
-    Table(file).map("range_m", [](std::size_t row, double range_m) {
+    ScanTable(file).map("range_m", [](std::size_t row, double range_m) {
       return row == 7 ? range_m + 0.5 : range_m;
     });
   });

@@ -113,6 +113,20 @@ class SensorFlight {
     sensor->measure(site, times_s, values);
     return values;
   }
+  /// The rows of a scanner's ticks.
+  capture::Samples scan(const std::string& kind, const std::string& keys,
+                        std::shared_ptr<const geo::Trajectory> motion, double rate_hz,
+                        const capture::TickRange& ticks, std::uint64_t seed = 11) const {
+    const core::Choice<sensors::SensorInfo> sensor = sensor_of(kind, keys);
+    const geo::BodyMotion body{.trajectory = std::move(motion), .start_s = 0.0};
+    const sensors::SensorSite site{.scene = traced_.scene,
+                                   .body = body,
+                                   .body_from_sensor = {},
+                                   .rate_hz = rate_hz,
+                                   .stream_seed = seed,
+                                   .trail = nullptr};
+    return dynamic_cast<const sensors::Scanner&>(*sensor).scan(site, ticks);
+  }
   const geo::WorldFrame& frame() const { return traced_.scene.frame(); }
 
  private:

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -95,13 +96,13 @@ const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
   return kChannels;
 }
 
-/// A column that every lidar has.
-struct LidarColumn {
+/// A column that scans of a kind have.
+struct ScanColumn {
   std::string_view name;
   std::string_view type;  ///< kind and bytes of its numbers
 };
 /// In order, after the time.
-constexpr std::array<LidarColumn, 21> kLidarColumns = {{{"x_m", "f8"},
+constexpr std::array<ScanColumn, 21> kLidarColumns = {{{"x_m", "f8"},
                                                         {"y_m", "f8"},
                                                         {"z_m", "f8"},
                                                         {"range_m", "f8"},
@@ -123,15 +124,47 @@ constexpr std::array<LidarColumn, 21> kLidarColumns = {{{"x_m", "f8"},
                                                         {"local_origin_y_m", "f8"},
                                                         {"local_origin_z_m", "f8"}}};
 
-void check_channels_of_lidar(const Json& channels, const std::string& where) {
-  for (std::size_t i = 0; i < kLidarColumns.size(); ++i)
-    if (channels.size() != kLidarColumns.size() ||
-        channels.at(i).at("name").string() != kLidarColumns[i].name)
-      fail(ErrorKind::Input, "{}: channel {} of a lidar is {}", where, i, kLidarColumns[i].name);
+/// The same of receivers of satellites' signals.
+constexpr std::array<ScanColumn, 23> kGnssColumns = {{{"prn", "u1"},
+                                                      {"azimuth_deg", "f8"},
+                                                      {"elevation_deg", "f8"},
+                                                      {"is_visible", "u1"},
+                                                      {"blocked_by_class_id", "u1"},
+                                                      {"blocked_by_instance_id", "u4"},
+                                                      {"pseudorange_m", "f8"},
+                                                      {"carrier_cycles", "f8"},
+                                                      {"doppler_hz", "f8"},
+                                                      {"true_range_m", "f8"},
+                                                      {"true_range_rate_mps", "f8"},
+                                                      {"receiver_clock_s", "f8"},
+                                                      {"satellite_clock_s", "f8"},
+                                                      {"ionosphere_m", "f8"},
+                                                      {"troposphere_m", "f8"},
+                                                      {"satellite_x_ecef_m", "f8"},
+                                                      {"satellite_y_ecef_m", "f8"},
+                                                      {"satellite_z_ecef_m", "f8"},
+                                                      {"num_visible", "u1"},
+                                                      {"hdop", "f4"},
+                                                      {"vdop", "f4"},
+                                                      {"pdop", "f4"},
+                                                      {"tdop", "f4"}}};
+
+/// The columns of a kind that scans; none of other kinds.
+std::span<const ScanColumn> scan_columns(std::string_view kind) {
+  if (kind == "lidar") return kLidarColumns;
+  if (kind == "gnss_observations") return kGnssColumns;
+  return {};
+}
+
+void check_scan_channels(const std::string& kind, const Json& channels, const std::string& where) {
+  const std::span<const ScanColumn> right = scan_columns(kind);
+  for (std::size_t i = 0; i < right.size(); ++i)
+    if (channels.size() != right.size() || channels.at(i).at("name").string() != right[i].name)
+      fail(ErrorKind::Input, "{}: channel {} of a {} is {}", where, i, kind, right[i].name);
 }
 
 void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
-  if (kind == "lidar") return check_channels_of_lidar(channels, where);
+  if (!scan_columns(kind).empty()) return check_scan_channels(kind, channels, where);
   const auto known = channels_of_kinds().find(kind);
   if (known == channels_of_kinds().end()) return;
   const std::vector<ChannelName>& right = known->second;
@@ -233,7 +266,7 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (!channels_of_kinds().contains(sensor.kind) && sensor.kind != "lidar" &&
+  if (!channels_of_kinds().contains(sensor.kind) && scan_columns(sensor.kind).empty() &&
       sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
@@ -242,8 +275,10 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   if (file != fmt::format("sensors/{}/{}{}", sensor.rig, sensor.name, sensor.is_scan ? "" : ".csv"))
     fail(ErrorKind::Input, "{}: its file is {}; sensors/RIG/NAME{} is right", where,
          core::first_letters(file, 100), sensor.is_scan ? "" : ".csv");
-  if ((sensor.kind == "lidar") != sensor.is_scan && sensor.kind.find('.') == std::string::npos)
-    fail(ErrorKind::Input, "{}: a lidar has a folder of scans, other kinds a file", where);
+  if (scan_columns(sensor.kind).empty() == sensor.is_scan &&
+      sensor.kind.find('.') == std::string::npos)
+    fail(ErrorKind::Input, "{}: a {} has {}", where, sensor.kind,
+         sensor.is_scan ? "a file" : "a folder of scans");
   sensor.file = sequence.path + "/" + file;
   if (!sensor.is_scan && !dataset.files.contains(sensor.file))
     fail(ErrorKind::Input, "{}: {} is not in dataset.json", where, sensor.file);
@@ -273,6 +308,13 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.is_integrated = is_integrated(sensor.settings_toml, where);
   if (sensor.kind == "lidar")
     read_settings_of_lidar(sensor.settings_toml, where, sensor);
+  if (sensor.kind == "gnss_observations")
+    sensor.gnss = {
+        .mask_deg = setting_of(sensor.settings_toml, "mask_deg", where),
+        .plants_pass = words_of(sensor.settings_toml, "plants", where) == "\"pass\"",
+        .pseudorange_noise_m = setting_of(sensor.settings_toml, "pseudorange_noise_m", where),
+        .carrier_noise_mm = setting_of(sensor.settings_toml, "carrier_noise_mm", where),
+        .doppler_noise_hz = setting_of(sensor.settings_toml, "doppler_noise_hz", where)};
   if (!sensor.is_scan) read_samples(dataset, header, sensor);
   return sensor;
 }
@@ -290,9 +332,10 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
     are_same = table.columns[k + 1].name == scanner.channels[k];
   if (!are_same)
     fail(ErrorKind::Input, "{}: other columns than time_s and those of sensors.json", path);
-  if (scanner.kind == "lidar")
-    for (std::size_t k = 0; k <= kLidarColumns.size(); ++k) {
-      const std::string_view right = k == 0 ? "f8" : kLidarColumns[k - 1].type;
+  const std::span<const ScanColumn> columns = scan_columns(scanner.kind);
+  if (!columns.empty())
+    for (std::size_t k = 0; k <= columns.size(); ++k) {
+      const std::string_view right = k == 0 ? "f8" : columns[k - 1].type;
       const NpyTable::Column& column = table.columns[k];
       if (column.kind != right[0] || column.item_size != static_cast<std::size_t>(right[1] - '0'))
         fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,

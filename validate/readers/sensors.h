@@ -17,6 +17,13 @@ struct ImuState {
   Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
 };
 
+/// Of the settings of a receiver of satellites' signals.
+struct GnssSettings {
+  double mask_deg = 0.0;
+  bool plants_pass = false;
+  double pseudorange_noise_m = 0.0, carrier_noise_mm = 0.0, doppler_noise_hz = 0.0;
+};
+
 /// A sensor of sensors.json with its samples.
 struct SensorRecord {
   std::string rig, name, kind;
@@ -38,6 +45,7 @@ struct SensorRecord {
   std::vector<double>
       elevations_deg;                 ///< of rings, where the head spins; empty: of another pattern
   double beams_within_m = 0.0;        ///< so far from the sensor's middle they begin, at most
+  GnssSettings gnss;                  ///< of gnss_observations
   std::vector<std::string> channels;  ///< names
 
   const double* row(std::size_t sample) const { return &values[sample * num_channels]; }
