@@ -11,6 +11,7 @@
 #include "export/imaging_record.h"
 #include "export/motion_record.h"
 #include "export/moving_record.h"
+#include "export/nmea.h"
 #include "export/rinex.h"
 #include "export/sensor_record.h"
 
@@ -73,6 +74,7 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
   write_moving(writer, folder, sequence, cameras);
   write_sensors(writer, folder, sequence);
+  write_fixes(writer, folder, sequence);
   write_observations(writer, folder, sequence);
   if (!clouds.empty()) write_clouds(writer, folder, sequence, clouds);
   if (has_imaging(sequence.info()))

@@ -13,6 +13,8 @@
 #include "validate/readers/colmap_model.h"
 #include "validate/readers/georegistration.h"
 #include "validate/readers/mcap_container.h"
+#include "validate/readers/nmea.h"
+#include "validate/readers/rinex.h"
 #include "validate/readers/ros_values.h"
 #include "validate/readers/sensors.h"
 
@@ -98,6 +100,14 @@ TERRACAST_FUZZ_DATASET(tum)
 void fuzz_cloud_las(Bytes input) { validate::parse_las(input, "fuzz.las"); }
 void fuzz_cloud_pcd(Bytes input) { validate::parse_pcd(input, "fuzz.pcd"); }
 void fuzz_cloud_ply(Bytes input) { validate::parse_ply(input, "fuzz.ply"); }
+
+void fuzz_nmea(Bytes input) { validate::parse_nmea(text_of(input), "fuzz.nmea"); }
+void fuzz_rinex_navigation(Bytes input) {
+  validate::parse_rinex_navigation(text_of(input), "fuzz.rnx");
+}
+void fuzz_rinex_observations(Bytes input) {
+  validate::parse_rinex_observations(text_of(input), "fuzz.rnx");
+}
 
 /// COLMAP's models by themselves, without a dataset around them: parts are files of a folder.
 void fuzz_colmap_model(Bytes input) {

@@ -64,6 +64,7 @@
   X(model_gltf)                   \
   X(model_obj)                    \
   X(model_ply)                    \
+  X(nmea)                         \
   X(npy)                          \
   X(npy_table)                    \
   X(npz)                          \
@@ -91,6 +92,8 @@
   X(rig_vins)                     \
   X(rig_xlsx)                     \
   X(rig_xlsx_sheets)              \
+  X(rinex_navigation)             \
+  X(rinex_observations)           \
   X(tabulated)                    \
   X(terrain_tiles)                \
   X(tile)                         \

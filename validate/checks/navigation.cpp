@@ -8,11 +8,14 @@
 #include <limits>
 #include <optional>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "validate/body_pose.h"
 #include "validate/checks/checker.h"
+#include "validate/checks/contradictions.h"
 #include "validate/geodesy.h"
 #include "validate/oracle_view.h"
+#include "validate/readers/nmea.h"
 #include "validate/readers/sensors.h"
 #include "validate/text.h"
 
@@ -121,6 +124,7 @@ class NavigationChecker : public Checker {
       compare_with_poses(dataset, sequence, sensor);
       if (sensor.kind == "gnss") compare_speeds(sensor);
       if (sensor.kind == "gnss") compare_with_sigmas(sensor);
+      if (sensor.kind == "gnss") compare_with_nmea(dataset, sequence, sensor);
       if (sensor.kind == "barometer") compare_pressures(sensor);
     }
     return results(sensors);
@@ -278,6 +282,50 @@ class NavigationChecker : public Checker {
     }
   }
 
+  /// The same fixes as NMEA has them, in its decimals. Datasets of earlier versions have none.
+  void compare_with_nmea(const Dataset& dataset, const Sequence& sequence,
+                         const SensorRecord& sensor) {
+    const std::string path = sensor.file.substr(0, sensor.file.size() - 3) + "nmea";
+    if (!dataset.files.contains(path)) return;
+    try {
+      const std::vector<NmeaFix> fixes = parse_nmea(core::read_text_file(dataset.root / path), path);
+      nmea_.expect(fixes.size() == sensor.times_s.size(), "{}: {} fixes, where {} were made", path,
+                   fixes.size(), sensor.times_s.size());
+      const std::int64_t start_ns = parse_utc_ns(sequence.utc_start, "utc_start");
+      for (std::size_t k = 0; k < std::min(fixes.size(), sensor.times_s.size()); ++k)
+        nmea_.expect(is_same(fixes[k], sensor.row(k), start_ns, sensor.times_s[k]),
+                     "{}: fix {} is another than {}", path, k, sample_of(sensor, k));
+    } catch (const core::Error& error) {
+      if (error.kind() != core::ErrorKind::Input) throw;
+      nmea_.expect(false, "{}", error.message());
+    }
+  }
+  static bool is_same(const NmeaFix& fix, const double* row, std::int64_t start_ns, double time_s) {
+    const Stated shown(row);
+    const auto is_near = [](double a, double b, double step) {
+      return std::abs(a - b) <= 0.5 * step * (1.0 + 1e-6);
+    };
+    constexpr double kAngle_deg = 1e-7 / 60.0, kLength_m = 1e-4;
+    constexpr double kSpeed_mps = 1e-4 * 1852.0 / 3600.0;
+    const double speed_mps = shown.velocity_ned_mps.head<2>().norm();
+    const Eigen::Vector2d course(std::cos(radians_from_degrees(fix.course_deg)),
+                                 std::sin(radians_from_degrees(fix.course_deg)));
+    constexpr double kCourse_rad = 1e-4 * 0.0174533;
+    const char mode = fix.kind == 4 ? 'R' : fix.kind == 5 ? 'F' : 'A';
+    return fix.unix_ns == start_ns + std::llround(1e9 * time_s) &&
+           is_near(fix.lat_deg, shown.place.lat_deg, kAngle_deg) &&
+           is_near(fix.lon_deg, shown.place.lon_deg, kAngle_deg) &&
+           is_near(fix.altitude_msl_m, shown.altitude_msl_m, kLength_m) &&
+           is_near(fix.undulation_m, shown.place.height_m - shown.altitude_msl_m, kLength_m) &&
+           is_near(fix.speed_mps, speed_mps, kSpeed_mps) &&
+           (shown.velocity_ned_mps.head<2>() - speed_mps * course).norm() <=
+               speed_mps * kCourse_rad &&
+           fix.kind == static_cast<int>(row[kFix]) && fix.mode == mode &&
+           is_near(fix.sigma_lat_m, row[kSigmas], kLength_m) &&
+           is_near(fix.sigma_lon_m, row[kSigmas], kLength_m) &&
+           is_near(fix.sigma_height_m, row[kSigmas + 1], kLength_m);
+  }
+
   void compare_pressures(const SensorRecord& sensor) {
     for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
       const double* row = sensor.row(k);
@@ -324,6 +372,14 @@ class NavigationChecker : public Checker {
           "heights above the geoid for those above the ellipsoid, degrees for radians, deviations "
           "that are not those of the errors");
     }
+    if (nmea_.num_compared > 0) {
+      CheckResult nmea = nmea_.result("navigation_nmea");
+      nmea.summary = fmt::format("{} fixes of NMEA's GGA, RMC and GST against the tables.",
+                                 nmea_.num_compared);
+      nmea.reason = "The decimals that are written.";
+      nmea.detects = "knots for metres a second, minutes for degrees, a time of another second";
+      results.push_back(std::move(nmea));
+    }
     if (has("gnss") || has("barometer"))
       add(sea_level_, "navigation_sea_level",
           undulation_m_ ? no_frame + ", or no grid of EGM96 is at hand"
@@ -344,6 +400,7 @@ class NavigationChecker : public Checker {
 
   Undulation undulation_m_;
   Share place_, speed_, shown_, sea_level_, pressure_, field_;
+  FileContradictions nmea_;
 };
 
 }  // namespace
