@@ -1,6 +1,6 @@
 #pragma once
 
-/// Pressure of the air by height.
+/// Pressure, temperature and density of the air by height.
 namespace terracast::geo {
 
 /// How a day's air differs from the standard atmosphere.
@@ -21,5 +21,13 @@ double geopotential_height_m(double altitude_msl_m);
 /// source                  ISO 2533:1975, sections 2.1 to 2.7: layers of constant gradients of temperature
 /// threads                 safe
 double air_pressure_pa(double geopotential_height_m, const Air& air);
+
+/// Temperature of that air, K.
+/// geopotential_height_m, throws, source   as air_pressure_pa()
+double air_temperature_k(double geopotential_height_m, const Air& air);
+
+/// Density of that air, kg/m^3: p / (R T) with ISO 2533's R = 287.05287 J/(kg K).
+/// geopotential_height_m, throws, source   as air_pressure_pa()
+double air_density_kg_per_m3(double geopotential_height_m, const Air& air);
 
 }  // namespace terracast::geo
