@@ -76,4 +76,11 @@ double air_density_kg_per_m3(double geopotential_height_m, const Air& air) {
          (kGasConstant_j_per_kg_k * air_temperature_k(geopotential_height_m, air));
 }
 
+double impact_pressure_pa(double speed_mps, double pressure_pa, double temperature_k) {
+  constexpr double kRatioOfHeats = 1.4;
+  const double mach2 =
+      speed_mps * speed_mps / (kRatioOfHeats * kGasConstant_j_per_kg_k * temperature_k);
+  return pressure_pa * std::expm1(3.5 * std::log1p(0.2 * mach2));
+}
+
 }  // namespace terracast::geo

@@ -30,4 +30,13 @@ double air_temperature_k(double geopotential_height_m, const Air& air);
 /// geopotential_height_m, throws, source   as air_pressure_pa()
 double air_density_kg_per_m3(double geopotential_height_m, const Air& air);
 
+/// Of ISO 2533's air at mean sea level.
+inline constexpr double kSeaLevelDensity_kg_per_m3 = 1.225;
+
+/// Pressure that air builds up in a tube that it flows into, over its own: p ((1 + M^2 / 5)^3.5 - 1).
+/// speed_mps   of the flow, below that of sound
+/// accuracy    rounding of double, at any low speed
+/// source      isentropic flow of a gas with a ratio of heats of 1.4 (Anderson, Modern Compressible Flow, section 3.4)
+double impact_pressure_pa(double speed_mps, double pressure_pa, double temperature_k);
+
 }  // namespace terracast::geo

@@ -416,19 +416,8 @@ class QuadrotorFlight final : public TrajectoryKind {
   }
 
   void check_flown_height(const FlownMotion& flown, const TrajectoryContext& context) const {
-    constexpr double kSpacing_m = 5.0, kFaster = 2.0;
-    LowestPlace lowest{
-        .agl_m = std::numeric_limits<double>::infinity(), .time_s = 0.0, .place = {}};
-    const double count =
-        std::ceil(flown.duration_s() * kFaster * max_speed_mps_ / kSpacing_m) + 1.0;
-    for (double k = 0.0; k <= count; k += 1.0) {
-      const double time_s = flown.duration_s() * k / count;
-      const Geodetic place =
-          context.frame.geodetic_from_world(flown.at(time_s).world_from_body.translation);
-      const double agl_m =
-          agl_on_path_m(place, context, [&] { return fmt::format("at t = {:.1f} s", time_s); });
-      if (agl_m < lowest.agl_m) lowest = {agl_m, time_s, place};
-    }
+    constexpr double kFaster = 2.0;
+    const LowestPlace lowest = lowest_place_of(flown, kFaster * max_speed_mps_, context);
     if (!context.is_on_surface)
       refuse_too_low(lowest, min_agl_m_, "raise the waypoints by as much as it is blown down");
   }

@@ -159,6 +159,18 @@ double FixedWing::throttle_of(double thrust_n, double airspeed_mps,
   return std::copysign(std::sqrt(std::abs(behind_mps2)), behind_mps2) / propeller.full_mps;
 }
 
+bool FixedWing::has_rudder() const {
+  // Ailerons and rudder together turn about x and z by any moments.
+  const double together =
+      roll.aileron_per_rad * yaw.rudder_per_rad - roll.rudder_per_rad * yaw.aileron_per_rad;
+  constexpr double kLeast = 1e-6;
+  return yaw.rudder_per_rad != 0.0 && std::abs(together) > kLeast;
+}
+
+double FixedWing::lateral_departure_per_rad() const {
+  return yaw.beta_per_rad - roll.beta_per_rad * yaw.aileron_per_rad / roll.aileron_per_rad;
+}
+
 double Airflow::alpha_rad() const {
   return std::atan2(-through_air_body_mps.z(), through_air_body_mps.x());
 }

@@ -117,7 +117,10 @@ struct FixedWing {
   double thrust_n(double throttle, double airspeed_mps, double density_kg_per_m3) const;
   /// The throttle that gives a thrust; below 0 or above 1 where none does.
   double throttle_of(double thrust_n, double airspeed_mps, double density_kg_per_m3) const;
-  bool has_rudder() const { return yaw.rudder_per_rad != 0.0; }
+  bool has_rudder() const;
+  /// C_nbeta - C_lbeta C_ndelta_a / C_ldelta_a: how the nose turns back from a sideslip while the ailerons hold the bank
+  /// (lateral control departure parameter). Without a rudder and below 0, holding a bank ends in a spin.
+  double lateral_departure_per_rad() const;
 };
 
 /// threads   safe
