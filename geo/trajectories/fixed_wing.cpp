@@ -113,11 +113,9 @@ class FixedWingPlan final : public TrajectoryKind {
     mean.turbulence_speed_mps = 0.0;
     mean.gusts.clear();
     std::shared_ptr<const FlightAir> mean_air;
-    constexpr double kMore_s = 1.0;
     if (!mean.is_calm())
-      mean_air = std::make_shared<FlightAir>(air_along(*path, mean, context,
-                                                       FlatWingFlight::kBeyond_s + kMore_s,
-                                                       FlatWingFlight::kBeyond_s + kMore_s, 0.0));
+      mean_air = std::make_shared<FlightAir>(
+          air_along(*path, mean, context, kFlownBeyond_s, kFlownBeyond_s, 0.0));
     const CoordinatedFlight flight(context.frame, vehicle_);
     std::optional<double> lap_s;
     if (is_closed_) lap_s = path->duration_s() / laps_;
@@ -132,7 +130,7 @@ class FixedWingPlan final : public TrajectoryKind {
     std::shared_ptr<const FlightAir> air;
     if (!wind_.is_calm())
       air = std::make_shared<FlightAir>(
-          air_along(plan, wind_, context, kFlownBefore_s, kFlownBeyond_s, max_off_m_));
+          air_along(plan, wind_, context, 0.0, kFlownBeyond_s, max_off_m_));
     FlightReport report;
     auto flown = geo::fly(flight, plan, control_, air.get(), max_off_m_, report);
     flown->set_air(context.frame, air);
@@ -152,16 +150,15 @@ class FixedWingPlan final : public TrajectoryKind {
     return flown;
   }
 
-  /// throws Config: longer than kMostFlown_s, with the times before and after it
+  /// throws Config: longer than is flown in one go
   void check_time(double duration_s) const {
-    const double most_s = kMostFlown_s - kFlownBefore_s - kFlownBeyond_s;
-    const double lap_s = is_closed_ ? duration_s / laps_ : duration_s;
-    const double counted_s = mode_ == "flown" ? duration_s : lap_s;
-    if (counted_s > most_s)
+    constexpr double kMostFlat_s = 10.0 * kMostFlown_s;
+    const double most_s = mode_ == "flown" ? kMostFlown_s - kFlownBeyond_s : kMostFlat_s;
+    if (duration_s > most_s)
       fail(ErrorKind::Config,
-           "the flight takes {:.0f} s, and at most {:.0f} s are flown in one go; fly fewer laps, "
-           "or a shorter or a faster way",
-           counted_s, most_s);
+           "the flight takes {:.0f} s, and at most {:.0f} s are flown in one go with mode = "
+           "\"{}\"; fly fewer laps, or a shorter or a faster way",
+           duration_s, most_s, mode_);
   }
 
   std::vector<Place> waypoints_;

@@ -1,6 +1,8 @@
 #include "geo/vehicles/flat_wing.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -16,15 +18,18 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kLeastAirspeed_mps = 0.1;
-/// Fewer nodes than that on either side have no derivatives by differences.
-constexpr long kAside = 3;
+/// Values at even distances through which a polynomial goes, for its derivatives.
+constexpr long kStencil = 7;
+using JetWeights = Eigen::Matrix<double, 4, kStencil>;
 
-/// Derivatives at the middle of seven values at even distances, by their share.
-Jet<Eigen::Vector4d> jet_of(const std::array<Eigen::Vector4d, 7>& v) {
-  return {
-      v[3], (v[6] - v[0] - 9.0 * (v[5] - v[1]) + 45.0 * (v[4] - v[2])) / 60.0,
-      (2.0 * (v[6] + v[0]) - 27.0 * (v[5] + v[1]) + 270.0 * (v[4] + v[2]) - 490.0 * v[3]) / 180.0,
-      (-(v[6] - v[0]) + 8.0 * (v[5] - v[1]) - 13.0 * (v[4] - v[2])) / 8.0};
+/// Weights of seven values in the value and first three derivatives at one of them, by the share of a distance.
+JetWeights jet_weights(long at) {
+  Eigen::Matrix<double, kStencil, kStencil> powers;
+  for (long k = 0; k < kStencil; ++k)
+    for (long power = 0; power < kStencil; ++power)
+      powers(k, power) = std::pow(static_cast<double>(k - at), static_cast<double>(power));
+  const JetWeights coefficients = powers.inverse().topRows<4>();
+  return Eigen::Vector4d(1.0, 1.0, 2.0, 6.0).asDiagonal() * coefficients;
 }
 
 }  // namespace
@@ -150,32 +155,42 @@ FlatWingFlight::FlatWingFlight(CoordinatedFlight flight, std::unique_ptr<Traject
                                const WingLimits& limits)
     : flight_(std::move(flight)), plan_(std::move(plan)), lap_s_(lap_s), air_(std::move(air)) {
   constexpr double kNode_s = 0.02;
-  first_s_ = lap_s_ ? 0.0 : -kBeyond_s;
-  const double whole_s = lap_s_ ? *lap_s_ : plan_->duration_s() + 2.0 * kBeyond_s;
-  const auto count = std::max(static_cast<long>(std::ceil(whole_s / kNode_s)), 2 * kAside + 1);
+  const double whole_s = lap_s_ ? *lap_s_ : plan_->duration_s();
+  const auto count = std::max(static_cast<long>(std::ceil(whole_s / kNode_s)), kStencil);
   spacing_s_ = whole_s / static_cast<double>(count);
+  // A closed plan is known on both sides of its ends, where an open one jumps to what it goes on with.
+  const long more = lap_s_ ? kStencil / 2 : 0;
   std::vector<Eigen::Vector4d> parts;
-  for (long i = -kAside; i <= count + kAside; ++i) {
-    const double time_s = first_s_ + spacing_s_ * static_cast<double>(i);
-    const bool counts = time_s >= 0.0 && time_s <= plan_->duration_s();
+  for (long i = -more; i <= count + more; ++i) {
+    const double time_s = spacing_s_ * static_cast<double>(i);
     const std::optional<WingPose> pose = pose_at(time_s);
     if (!pose) refuse_stall(time_s);
-    if (counts) check(time_s, *pose, limits);
+    if (time_s >= 0.0 && time_s <= plan_->duration_s()) check(time_s, *pose, limits);
     const Eigen::Quaterniond& q = pose->world_from_body;
     Eigen::Vector4d part(q.w(), q.x(), q.y(), q.z());
     if (!parts.empty() && part.dot(parts.back()) < 0.0) part = -part;
     parts.push_back(part);
   }
+  std::array<JetWeights, kStencil> weights;
+  for (long at = 0; at < kStencil; ++at) weights[static_cast<std::size_t>(at)] = jet_weights(at);
+  const auto last_begin = static_cast<long>(parts.size()) - kStencil;
   const auto jet_at = [&](long node) {
-    std::array<Eigen::Vector4d, 7> values;
-    for (long k = 0; k < 7; ++k)
-      values[static_cast<std::size_t>(k)] = parts[static_cast<std::size_t>(node + k)];
-    return jet_of(values);
+    const long begin = std::clamp(node + more - kStencil / 2, 0L, last_begin);
+    const JetWeights& of_values = weights[static_cast<std::size_t>(node + more - begin)];
+    Jet<Eigen::Vector4d> jet;
+    for (long order = 0; order < 4; ++order) {
+      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+      for (long k = 0; k < kStencil; ++k)
+        sum += of_values(order, k) * parts[static_cast<std::size_t>(begin + k)];
+      jet[static_cast<std::size_t>(order)] = sum;
+    }
+    jet[0] = parts[static_cast<std::size_t>(node + more)];
+    return jet;
   };
   for (long node = 0; node < count; ++node) pieces_.emplace_back(jet_at(node), jet_at(node + 1));
   for (long node = 0; node <= count; ++node) {
-    const double time_s = first_s_ + spacing_s_ * static_cast<double>(node);
-    if (time_s < 0.0 || time_s > plan_->duration_s()) continue;
+    const double time_s = spacing_s_ * static_cast<double>(node);
+    if (time_s > plan_->duration_s()) continue;
     const double roll_degps =
         degrees_from_radians(std::abs(at(time_s).angular_velocity_body_radps.x()));
     if (roll_degps > limits.max_roll_rate_degps)
@@ -261,9 +276,9 @@ MotionState FlatWingFlight::at(double time_s) const {
   MotionState state = plan_->at(time_s);
   double on_curve_s = time_s;
   if (lap_s_) on_curve_s -= *lap_s_ * std::floor(time_s / *lap_s_);
-  const double last_s = first_s_ + spacing_s_ * static_cast<double>(pieces_.size());
-  const double inside_s = std::clamp(on_curve_s, first_s_, last_s);
-  const double place = (inside_s - first_s_) / spacing_s_;
+  const double inside_s =
+      std::clamp(on_curve_s, 0.0, spacing_s_ * static_cast<double>(pieces_.size()));
+  const double place = inside_s / spacing_s_;
   const double index = std::clamp(std::floor(place), 0.0, static_cast<double>(pieces_.size() - 1));
   const Jet<Eigen::Vector4d> jet = pieces_[static_cast<std::size_t>(index)].at(place - index);
   const double per_s = 1.0 / spacing_s_;
@@ -282,10 +297,10 @@ MotionState FlatWingFlight::at(double time_s) const {
 
 std::vector<double> FlatWingFlight::knots_s() const {
   std::vector<double> knots_s = plan_->knots_s();
-  const double lap_s = lap_s_ ? *lap_s_ : duration_s() + kBeyond_s;
+  const double lap_s = lap_s_ ? *lap_s_ : duration_s();
   for (double lap_start_s = 0.0; lap_start_s < duration_s(); lap_start_s += lap_s)
     for (std::size_t i = 0; i <= pieces_.size(); ++i) {
-      const double time_s = lap_start_s + first_s_ + spacing_s_ * static_cast<double>(i);
+      const double time_s = lap_start_s + spacing_s_ * static_cast<double>(i);
       if (time_s > 0.0 && time_s < duration_s()) knots_s.push_back(time_s);
     }
   return sorted_knots(std::move(knots_s));

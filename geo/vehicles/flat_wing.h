@@ -82,13 +82,14 @@ struct WingLimits {
 };
 
 /// A flight whose places are those of a plan and whose attitudes are those of coordinated flight in the mean wind.
-/// Attitudes are a curve through those at even distances of time, three times continuously differentiable. Threads: safe.
+/// Attitudes are a curve through those at even distances of time, three times continuously differentiable; before the
+/// beginning and after the end of an open plan they go on turning at the rate there. Threads: safe.
 class FlatWingFlight final : public Trajectory {
  public:
   /// plan       places and their derivatives; acceleration twice continuously differentiable
   /// lap_s      after which a closed plan is the same again; nothing: it is open
   /// air        its mean wind counts; null: calm
-  /// accuracy   between nodes attitudes are within 1e-6 rad of CoordinatedFlight's (FlatWing.…)
+  /// accuracy   between nodes attitudes are within 1e-8 rad of CoordinatedFlight's (FlatWing.…)
   /// throws     Input: a stall, more bank or roll rate than the limits, thrust or elevator that the aircraft does not have,
   ///            with time, place, value and a way out
   FlatWingFlight(CoordinatedFlight flight, std::unique_ptr<Trajectory> plan,
@@ -102,9 +103,6 @@ class FlatWingFlight final : public Trajectory {
   /// As it is computed at the time, not from the curve.
   std::optional<WingPose> pose_at(double time_s) const;
 
-  /// Attitudes are known so long before the beginning and after the end of an open plan; beyond, it goes on turning.
-  static constexpr double kBeyond_s = 2.0;
-
  private:
   void check(double time_s, const WingPose& pose, const WingLimits& limits) const;
   [[noreturn]] void refuse_stall(double time_s) const;
@@ -114,7 +112,7 @@ class FlatWingFlight final : public Trajectory {
   std::unique_ptr<Trajectory> plan_;
   std::optional<double> lap_s_;
   std::shared_ptr<const FlightAir> air_;
-  double first_s_ = 0.0, spacing_s_ = 0.0;
+  double spacing_s_ = 0.0;
   std::vector<SepticPiece<Eigen::Vector4d>> pieces_;
 };
 

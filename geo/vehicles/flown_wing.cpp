@@ -192,8 +192,7 @@ std::unique_ptr<FlownMotion> fly(const CoordinatedFlight& flight, const Trajecto
                                  const WingControl& control, const FlightAir* air, double max_off_m,
                                  FlightReport& report) {
   FixedWingDynamics dynamics(flight, control, plan, air);
-  return flown_along(flight.frame(), dynamics, kFlownBefore_s, plan.duration_s(), max_off_m, 1.0,
-                     report,
+  return flown_along(flight.frame(), dynamics, 0.0, plan.duration_s(), max_off_m, 1.0, report,
                      [&](const MotionState& planned, double off_m, const std::string& limit_text) {
                        refuse_off(flight.frame(), planned, off_m, limit_text, report);
                      });

@@ -88,13 +88,10 @@ class FixedWingDynamics {
   mutable std::size_t next_remembered_ = 0;
 };
 
-/// So long before its time 0 a flight begins, in the planned state.
-inline constexpr double kFlownBefore_s = 1.0;
-
-/// A flight along a plan by FixedWingDynamics.
+/// A flight along a plan by FixedWingDynamics, which begins at its time 0 in the planned state.
 /// max_off_m       from the planned place, from time 0 on
 /// report          filled, also when it fails
-/// accuracy        between nodes the curve is within 1e-6 m and 1e-6 rad of the steps (FlownWing.…)
+/// accuracy        between nodes the curve is within 1e-6 m and 5e-6 rad of the steps (FlownWing.…)
 /// cost            80 ms of work and 40 kB a second of flight
 /// throws          Input: farther off its path than max_off_m, with time and place
 std::unique_ptr<FlownMotion> fly(const CoordinatedFlight& flight, const Trajectory& plan,
