@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/schema.h"

@@ -92,7 +92,7 @@ class FixedWingDynamics {
 /// max_off_m       from the planned place, from time 0 on
 /// report          filled, also when it fails
 /// accuracy        between nodes the curve is within 1e-6 m and 5e-6 rad of the steps (FlownWing.…)
-/// cost            80 ms of work and 40 kB a second of flight
+/// cost            25 ms of work and 30 kB a second of flight
 /// throws          Input: farther off its path than max_off_m, with time and place
 std::unique_ptr<FlownMotion> fly(const CoordinatedFlight& flight, const Trajectory& plan,
                                  const WingControl& control, const FlightAir* air, double max_off_m,
