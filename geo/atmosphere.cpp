@@ -37,6 +37,14 @@ double share_of_base(const Layer& layer, double above_base_m, double warmer_k) {
                   -kScale / layer.gradient_k_per_m);
 }
 
+void check_height(double geopotential_height_m) {
+  if (!(geopotential_height_m >= kLowest_m && geopotential_height_m <= kHighest_m))
+    core::fail(core::ErrorKind::Input,
+               "the standard atmosphere has no pressure at {:.1f} m: it reaches from {:.0f} to "
+               "{:.0f} m above mean sea level",
+               geopotential_height_m, kLowest_m, kHighest_m);
+}
+
 }  // namespace
 
 double geopotential_height_m(double altitude_msl_m) {
@@ -44,11 +52,7 @@ double geopotential_height_m(double altitude_msl_m) {
 }
 
 double air_pressure_pa(double geopotential_height_m, const Air& air) {
-  if (!(geopotential_height_m >= kLowest_m && geopotential_height_m <= kHighest_m))
-    core::fail(core::ErrorKind::Input,
-               "the standard atmosphere has no pressure at {:.1f} m: it reaches from {:.0f} to "
-               "{:.0f} m above mean sea level",
-               geopotential_height_m, kLowest_m, kHighest_m);
+  check_height(geopotential_height_m);
   double pressure_pa = air.sea_level_pressure_pa;
   for (std::size_t i = 0; i < kLayers.size(); ++i) {
     const bool is_last = i + 1 == kLayers.size() || geopotential_height_m <= kLayers[i + 1].base_m;
@@ -57,6 +61,26 @@ double air_pressure_pa(double geopotential_height_m, const Air& air) {
     if (is_last) break;
   }
   return pressure_pa;
+}
+
+double air_temperature_k(double geopotential_height_m, const Air& air) {
+  check_height(geopotential_height_m);
+  std::size_t i = 0;
+  while (i + 1 < kLayers.size() && geopotential_height_m > kLayers[i + 1].base_m) ++i;
+  return kLayers[i].base_temperature_k + air.warmer_k +
+         kLayers[i].gradient_k_per_m * (geopotential_height_m - kLayers[i].base_m);
+}
+
+double air_density_kg_per_m3(double geopotential_height_m, const Air& air) {
+  return air_pressure_pa(geopotential_height_m, air) /
+         (kGasConstant_j_per_kg_k * air_temperature_k(geopotential_height_m, air));
+}
+
+double impact_pressure_pa(double speed_mps, double pressure_pa, double temperature_k) {
+  constexpr double kRatioOfHeats = 1.4;
+  const double mach2 =
+      speed_mps * speed_mps / (kRatioOfHeats * kGasConstant_j_per_kg_k * temperature_k);
+  return pressure_pa * std::expm1(3.5 * std::log1p(0.2 * mach2));
 }
 
 }  // namespace terracast::geo

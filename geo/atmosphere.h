@@ -1,6 +1,6 @@
 #pragma once
 
-/// Pressure of the air by height.
+/// Pressure, temperature and density of the air by height.
 namespace terracast::geo {
 
 /// How a day's air differs from the standard atmosphere.
@@ -21,5 +21,22 @@ double geopotential_height_m(double altitude_msl_m);
 /// source                  ISO 2533:1975, sections 2.1 to 2.7: layers of constant gradients of temperature
 /// threads                 safe
 double air_pressure_pa(double geopotential_height_m, const Air& air);
+
+/// Temperature of that air, K.
+/// geopotential_height_m, throws, source   as air_pressure_pa()
+double air_temperature_k(double geopotential_height_m, const Air& air);
+
+/// Density of that air, kg/m^3: p / (R T) with ISO 2533's R = 287.05287 J/(kg K).
+/// geopotential_height_m, throws, source   as air_pressure_pa()
+double air_density_kg_per_m3(double geopotential_height_m, const Air& air);
+
+/// Of ISO 2533's air at mean sea level.
+inline constexpr double kSeaLevelDensity_kg_per_m3 = 1.225;
+
+/// Pressure that air builds up in a tube that it flows into, over its own: p ((1 + M^2 / 5)^3.5 - 1).
+/// speed_mps   of the flow, below that of sound
+/// accuracy    rounding of double, at any low speed
+/// source      isentropic flow of a gas with a ratio of heats of 1.4 (Anderson, Modern Compressible Flow, section 3.4)
+double impact_pressure_pa(double speed_mps, double pressure_pa, double temperature_k);
 
 }  // namespace terracast::geo

@@ -12,7 +12,7 @@
 // defines `TrajectoryKindInfo name_trajectory()`.
 #define TERRACAST_TRAJECTORY_KINDS(X) \
   X(corridor)                         \
-  X(explore) X(facade) X(forward) X(loop) X(orbit) X(quadrotor) X(recorded) X(survey) X(waypoints)
+  X(explore) X(facade) X(fixed_wing) X(forward) X(loop) X(orbit) X(quadrotor) X(recorded) X(survey) X(waypoints)
 
 namespace terracast::geo {
 

@@ -37,6 +37,10 @@ class Trajectory {
   /// Times from 0 to duration_s, increasing, between which the motion has all derivatives. Not listed are the times at
   /// which the blend of a slow recording's heading (`slow_mps`) begins and ends, where its third derivative jumps.
   virtual std::vector<double> knots_s() const = 0;
+  /// Wind at the body, along the world's axes; 0 of motions in still air.
+  virtual Eigen::Vector3d wind_world_mps(double /*time_s*/) const {
+    return Eigen::Vector3d::Zero();
+  }
   /// UTC of time 0 in seconds since 1970, of motions that were recorded with their time of day.
   virtual std::optional<double> utc_start_unix_s() const { return std::nullopt; }
 };
@@ -145,6 +149,9 @@ struct BodyMotion {
 
   /// The state at a time of the sequence.
   MotionState at(double time_s) const;
+  Eigen::Vector3d wind_world_mps(double time_s) const {
+    return trajectory->wind_world_mps(start_s + time_s);
+  }
 };
 
 /// Frames of a sequence.

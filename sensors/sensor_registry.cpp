@@ -11,6 +11,7 @@
 // Every sensor beside cameras, in alphabetical order: X(name) is sensors/name.cpp, which defines `SensorInfo
 // name_sensor()`.
 #define TERRACAST_SENSORS(X) \
+  X(airspeed)                \
   X(barometer)               \
   X(gnss)                    \
   X(gnss_observations)       \

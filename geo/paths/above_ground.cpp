@@ -1,6 +1,7 @@
 #include "geo/paths/above_ground.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "geo/paths/place.h"
@@ -17,6 +18,22 @@ double agl_on_path_m(const Geodetic& place, const TrajectoryContext& context,
                where(), text_of(place));
   }
   return place.height_m - *ground_m;
+}
+
+LowestPlace lowest_place_of(const Trajectory& motion, double most_speed_mps,
+                            const TrajectoryContext& context) {
+  constexpr double kSpacing_m = 5.0;
+  LowestPlace lowest{.agl_m = std::numeric_limits<double>::infinity(), .time_s = 0.0, .place = {}};
+  const double count = std::ceil(motion.duration_s() * most_speed_mps / kSpacing_m) + 1.0;
+  for (double k = 0.0; k <= count; k += 1.0) {
+    const double time_s = motion.duration_s() * k / count;
+    const Geodetic place =
+        context.frame.geodetic_from_world(motion.at(time_s).world_from_body.translation);
+    const double agl_m =
+        agl_on_path_m(place, context, [&] { return fmt::format("at t = {:.1f} s", time_s); });
+    if (agl_m < lowest.agl_m) lowest = {agl_m, time_s, place};
+  }
+  return lowest;
 }
 
 void refuse_too_low(const LowestPlace& lowest, double min_agl_m, const std::string& advice) {

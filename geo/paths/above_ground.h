@@ -19,6 +19,11 @@ struct LowestPlace {
   double time_s;
   Geodetic place;
 };
+/// That of a motion, seen every 5 m.
+/// most_speed_mps   of the motion
+/// throws   as agl_on_path_m()
+LowestPlace lowest_place_of(const Trajectory& motion, double most_speed_mps,
+                            const TrajectoryContext& context);
 /// Refuses a path whose lowest place is below min_agl_m.
 /// advice   what the user would change: "raise waypoint 3"
 /// throws   Input: by how much, with the time and the place

@@ -6,12 +6,12 @@
 #include <optional>
 
 #include "core/error.h"
+#include "geo/air/flight_air.h"
 #include "geo/gravity.h"
 #include "geo/paths/above_ground.h"
 #include "geo/paths/attitude.h"
 #include "geo/paths/place.h"
 #include "geo/paths/segment_times.h"
-#include "geo/paths/uniform_spline.h"
 #include "geo/trajectory.h"
 #include "geo/units.h"
 #include "geo/vehicles/flown_quadrotor.h"
@@ -244,42 +244,6 @@ void check_heading(const WorldFrame& frame, const FlatFlight& flight, const Head
   }
 }
 
-/// The air along a plan, from so long before its beginning to so long after its end. The ground is that below the plan,
-/// every half second, smoothed by a cubic spline.
-FlightAir air_along(const Trajectory& plan, const WindOptions& options,
-                    const TrajectoryContext& context, double before_s, double after_s,
-                    double max_off_m) {
-  constexpr double kSpacing_s = 0.5;
-  const double whole_s = before_s + plan.duration_s() + after_s;
-  const double count = std::ceil(whole_s / kSpacing_s);
-  const double spacing_s = whole_s / count;
-  const WindField still_air(options, 0.0, 0.0);
-  std::vector<double> grounds_m;
-  double least_agl_m = std::numeric_limits<double>::infinity(), distance_m = 0.0;
-  for (double i = 0.0; i <= count; i += 1.0) {
-    const double time_s = i * spacing_s - before_s;
-    const MotionState state = plan.at(time_s);
-    const Eigen::Vector3d& position = state.world_from_body.translation;
-    const Geodetic place = context.frame.geodetic_from_world(position);
-    const double agl_m =
-        agl_on_path_m(place, context, [&] { return fmt::format("at t = {:.1f} s", time_s); });
-    grounds_m.push_back(place.height_m - agl_m);
-    least_agl_m = std::min(least_agl_m, agl_m);
-    const double wind_mps =
-        still_air
-            .mean_mps({.world_from_enu = context.frame.world_from_enu(position), .agl_m = agl_m})
-            .norm();
-    distance_m += spacing_s * (state.velocity_world_mps.norm() + wind_mps);
-  }
-  // It moves about its path as well.
-  constexpr double kMoreDistance = 1.25, kMoreDistance_m = 200.0;
-  return {
-      .wind =
-          WindField(options, kMoreDistance * distance_m + kMoreDistance_m, least_agl_m - max_off_m),
-      .ground_height_m = [ground = UniformSpline(std::move(grounds_m), whole_s, false),
-                          before_s](double time_s) { return ground.at(time_s + before_s).value; }};
-}
-
 class QuadrotorFlight final : public TrajectoryKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -407,13 +371,14 @@ class QuadrotorFlight final : public TrajectoryKind {
   std::unique_ptr<Trajectory> build_flown(const FlatFlight& plan,
                                           const TrajectoryContext& context) const {
     check_flown_time(plan.duration_s());
-    std::optional<FlightAir> air;
+    std::shared_ptr<const FlightAir> air;
     if (!wind_.is_calm())
-      air = air_along(plan, wind_, context, settling_s(control_.resolved(vehicle_)), kFlownBeyond_s,
-                      max_off_m_);
+      air = std::make_shared<FlightAir>(air_along(plan, wind_, context,
+                                                  settling_s(control_.resolved(vehicle_)),
+                                                  kFlownBeyond_s, max_off_m_));
     FlightReport report;
-    auto flown =
-        fly(context.frame, plan, vehicle_, control_, air ? &*air : nullptr, max_off_m_, report);
+    auto flown = fly(context.frame, plan, vehicle_, control_, air.get(), max_off_m_, report);
+    flown->set_air(context.frame, air);
     if (context.log) {
       context.log->info("the quadrotor keeps within {:.2f} m of its path, farthest at t = {:.1f} s",
                         report.most_off_m, report.most_off_s);
@@ -451,19 +416,8 @@ class QuadrotorFlight final : public TrajectoryKind {
   }
 
   void check_flown_height(const FlownMotion& flown, const TrajectoryContext& context) const {
-    constexpr double kSpacing_m = 5.0, kFaster = 2.0;
-    LowestPlace lowest{
-        .agl_m = std::numeric_limits<double>::infinity(), .time_s = 0.0, .place = {}};
-    const double count =
-        std::ceil(flown.duration_s() * kFaster * max_speed_mps_ / kSpacing_m) + 1.0;
-    for (double k = 0.0; k <= count; k += 1.0) {
-      const double time_s = flown.duration_s() * k / count;
-      const Geodetic place =
-          context.frame.geodetic_from_world(flown.at(time_s).world_from_body.translation);
-      const double agl_m =
-          agl_on_path_m(place, context, [&] { return fmt::format("at t = {:.1f} s", time_s); });
-      if (agl_m < lowest.agl_m) lowest = {agl_m, time_s, place};
-    }
+    constexpr double kFaster = 2.0;
+    const LowestPlace lowest = lowest_place_of(flown, kFaster * max_speed_mps_, context);
     if (!context.is_on_surface)
       refuse_too_low(lowest, min_agl_m_, "raise the waypoints by as much as it is blown down");
   }

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "geo/paths/changing.h"
+#include "geo/vehicles/flown_steps.h"
 
 namespace terracast::geo {
 namespace {
@@ -16,7 +17,35 @@ Jet<Value> by_share(const Jet<Value>& by_time, double spacing_s) {
           spacing_s * spacing_s * spacing_s * by_time[3]};
 }
 
+Eigen::Vector4d parts_of(const Eigen::Quaterniond& rotation) {
+  return {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
+}
+
+Eigen::Quaterniond half(const Eigen::Vector3d& vector) {
+  return {0.0, 0.5 * vector.x(), 0.5 * vector.y(), 0.5 * vector.z()};
+}
+
 }  // namespace
+
+Jet<Eigen::Vector4d> rotation_jet(const Eigen::Quaterniond& rotation,
+                                  const Eigen::Vector3d& turn_rate,
+                                  const Eigen::Vector3d& turn_rate_first,
+                                  const Eigen::Vector3d& turn_rate_second,
+                                  const Eigen::Vector3d& earth_rate_world) {
+  const Eigen::Quaterniond& q = rotation;
+  const Eigen::Vector3d earth = q.conjugate() * earth_rate_world;
+  const Eigen::Vector3d w = turn_rate - earth;
+  const Eigen::Vector3d w_rate = turn_rate_first + w.cross(earth);
+  const Eigen::Vector3d w_second = turn_rate_second + w_rate.cross(earth) - w.cross(w.cross(earth));
+  const Eigen::Vector4d first = parts_of(q * half(w));
+  const Eigen::Quaterniond q_rate(first[0], first[1], first[2], first[3]);
+  const Eigen::Vector4d second_parts = parts_of(q_rate * half(w)) + parts_of(q * half(w_rate));
+  const Eigen::Quaterniond q_second(second_parts[0], second_parts[1], second_parts[2],
+                                    second_parts[3]);
+  return {parts_of(q), first, second_parts,
+          parts_of(q_second * half(w)) + 2.0 * parts_of(q_rate * half(w_rate)) +
+              parts_of(q * half(w_second))};
+}
 
 FlownMotion::FlownMotion(double first_s, double spacing_s, const Eigen::Vector3d& place_world,
                          const std::vector<Node>& nodes, double duration_s)
@@ -33,17 +62,44 @@ FlownMotion::FlownMotion(double first_s, double spacing_s, const Eigen::Vector3d
     pieces_.push_back(
         {.begin_world = begin_world,
          .moved = {place_jet(begin, Eigen::Vector3d::Zero()), place_jet(end, end.moved_world)},
-         .rotation = {by_share(begin.rotation, spacing_s), by_share(end.rotation, spacing_s)}});
+         .rotation = {by_share(begin.rotation, spacing_s), by_share(end.rotation, spacing_s)},
+         .air_way = {begin.air_way, end.air_way},
+         .air_way_rate = {spacing_s * begin.air_way_rate, spacing_s * end.air_way_rate}});
     begin_world += end.moved_world;
   }
   TERRACAST_CHECK(duration_s <= last_s() + 1e-9, "nodes up to {} s of {} s", last_s(), duration_s);
 }
 
-MotionState FlownMotion::inside(double time_s) const {
+FlownMotion::Place FlownMotion::place_at(double time_s) const {
   const double place = (time_s - first_s_) / spacing_s_;
   const double index = std::clamp(std::floor(place), 0.0, static_cast<double>(pieces_.size() - 1));
-  const Piece& piece = pieces_[static_cast<std::size_t>(index)];
-  const double x = place - index;
+  return {static_cast<std::size_t>(index), place - index};
+}
+
+void FlownMotion::set_air(const WorldFrame& frame, std::shared_ptr<const FlightAir> air) {
+  frame_ = frame;
+  air_ = std::move(air);
+}
+
+Eigen::Vector3d FlownMotion::wind_world_mps(double time_s) const {
+  if (!air_) return Eigen::Vector3d::Zero();
+  const double inside_s = std::clamp(time_s, first_s_, last_s());
+  const auto [index, x] = place_at(inside_s);
+  const Piece& piece = pieces_[index];
+  // Hermite's cubic.
+  const double late = x * x * (3.0 - 2.0 * x);
+  const Eigen::Vector3d way = (1.0 - late) * piece.air_way[0] + late * piece.air_way[1] +
+                              x * (1.0 - x) * (1.0 - x) * piece.air_way_rate[0] -
+                              x * x * (1.0 - x) * piece.air_way_rate[1];
+  const MotionState state = inside(inside_s);
+  return met_air(air_.get(), *frame_, inside_s, state.world_from_body.translation,
+                 state.velocity_world_mps, way)
+      .wind_world_mps;
+}
+
+MotionState FlownMotion::inside(double time_s) const {
+  const auto [index, x] = place_at(time_s);
+  const Piece& piece = pieces_[index];
   const double per_s = 1.0 / spacing_s_;
   const Jet<Eigen::Vector3d> moved = piece.moved.at(x);
   const Jet<Eigen::Vector4d> rotation = piece.rotation.at(x);

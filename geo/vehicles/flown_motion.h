@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
+#include <memory>
+#include <optional>
 #include <vector>
 
+#include "geo/air/flight_air.h"
 #include "geo/paths/hermite.h"
 #include "geo/trajectory.h"
 
@@ -17,6 +21,8 @@ class FlownMotion final : public Trajectory {
     Eigen::Vector3d moved_world;  ///< since the node before it: small, so that its digits count
     Eigen::Vector3d velocity, acceleration, jerk;
     Jet<Eigen::Vector4d> rotation;  ///< world_from_body, w x y z; neighbours in the same half
+    Eigen::Vector3d air_way = Eigen::Vector3d::Zero();  ///< as AirWay
+    Eigen::Vector3d air_way_rate = Eigen::Vector3d::Zero();
   };
 
   /// first_s       time of the first node, 0 or before; the motion proper lasts from 0 to duration_s
@@ -28,18 +34,32 @@ class FlownMotion final : public Trajectory {
   /// Before the first node and after the last one: with the acceleration and the angular velocity that it has there.
   MotionState at(double time_s) const override;
   std::vector<double> knots_s() const override;
+  /// That at the motion's place after its way through the air; between nodes the way is a cubic, within 1e-6 of a
+  /// length.
+  Eigen::Vector3d wind_world_mps(double time_s) const override;
+  /// The air in which it was flown; null: calm.
+  void set_air(const WorldFrame& frame, std::shared_ptr<const FlightAir> air);
 
  private:
   struct Piece {
     Eigen::Vector3d begin_world;
     SepticPiece<Eigen::Vector3d> moved;
     SepticPiece<Eigen::Vector4d> rotation;
+    std::array<Eigen::Vector3d, 2> air_way,
+        air_way_rate;  ///< at both ends, by the share of a piece
   };
+  struct Place {
+    std::size_t piece;
+    double share;
+  };
+  Place place_at(double time_s) const;
   MotionState inside(double time_s) const;
   double last_s() const { return first_s_ + spacing_s_ * static_cast<double>(pieces_.size()); }
 
   double first_s_, spacing_s_, duration_s_;
   std::vector<Piece> pieces_;
+  std::optional<WorldFrame> frame_;
+  std::shared_ptr<const FlightAir> air_;
 };
 
 }  // namespace terracast::geo

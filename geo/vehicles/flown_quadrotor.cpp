@@ -15,59 +15,6 @@ namespace {
 using Eigen::Vector3d;
 using State = QuadrotorDynamics::State;
 
-constexpr double kStep_s = 1e-3;
-constexpr int kStepsANode = 20;
-
-/// Second derivative of a state by time: how its derivative changes along itself, by central differences of the fourth order.
-State second_rates(const QuadrotorDynamics& dynamics, double time_s, const State& state,
-                   const State& rates) {
-  constexpr double kNear_s = 2e-4;
-  const auto along = [&](double offset_s) {
-    return dynamics.rates(time_s + offset_s, State(state + offset_s * rates));
-  };
-  return (8.0 * (along(kNear_s) - along(-kNear_s)) -
-          (along(2.0 * kNear_s) - along(-2.0 * kNear_s))) /
-         (12.0 * kNear_s);
-}
-
-Eigen::Vector4d parts_of(const Eigen::Quaterniond& rotation) {
-  return {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
-}
-
-Eigen::Quaterniond half(const Vector3d& vector) {
-  return {0.0, 0.5 * vector.x(), 0.5 * vector.y(), 0.5 * vector.z()};
-}
-
-/// The rotation with three derivatives, from turn rates against the stars and their derivatives.
-Jet<Eigen::Vector4d> rotation_jet(const State& state, const State& rates, const State& second,
-                                  const Vector3d& earth_rate_world) {
-  const Eigen::Quaterniond q = rotation_in(state);
-  const Vector3d earth = q.conjugate() * earth_rate_world;
-  const Vector3d w = state.segment<3>(rigid_state::kTurnRate) - earth;
-  const Vector3d w_rate = Vector3d(rates.segment<3>(rigid_state::kTurnRate)) + w.cross(earth);
-  const Vector3d w_second = Vector3d(second.segment<3>(rigid_state::kTurnRate)) +
-                            w_rate.cross(earth) - w.cross(w.cross(earth));
-  const Eigen::Vector4d first = parts_of(q * half(w));
-  const Eigen::Quaterniond q_rate(first[0], first[1], first[2], first[3]);
-  const Eigen::Vector4d second_parts = parts_of(q_rate * half(w)) + parts_of(q * half(w_rate));
-  const Eigen::Quaterniond q_second(second_parts[0], second_parts[1], second_parts[2],
-                                    second_parts[3]);
-  return {parts_of(q), first, second_parts,
-          parts_of(q_second * half(w)) + 2.0 * parts_of(q_rate * half(w_rate)) +
-              parts_of(q * half(w_second))};
-}
-
-FlownMotion::Node node_of(const WorldFrame& frame, const QuadrotorDynamics& dynamics, double time_s,
-                          const State& state) {
-  const State rates = dynamics.rates(time_s, state);
-  const State second = second_rates(dynamics, time_s, state, rates);
-  return {.moved_world = state.segment<3>(rigid_state::kPosition),
-          .velocity = state.segment<3>(rigid_state::kVelocity),
-          .acceleration = rates.segment<3>(rigid_state::kVelocity),
-          .jerk = second.segment<3>(rigid_state::kVelocity),
-          .rotation = rotation_jet(state, rates, second, earth_rate_world_radps(frame))};
-}
-
 /// limit_text   "max_off_m = 2" or what else it was
 [[noreturn]] void refuse(const WorldFrame& frame, const MotionState& planned, double off_m,
                          const std::string& limit_text, const FlightReport& report) {
@@ -204,23 +151,9 @@ QuadrotorDynamics::Commands QuadrotorDynamics::commands(double time_s, const Sta
   return commands;
 }
 
-QuadrotorDynamics::Air QuadrotorDynamics::air_at(double time_s, const State& state) const {
-  if (!air_) return {};
-  const Vector3d place = place_world(state);
-  const WindField::Place in_air{
-      .world_from_enu = frame_.world_from_enu(place),
-      .agl_m = frame_.geodetic_from_world(place).height_m - air_->ground_height_m(time_s)};
-  const Vector3d velocity = state.segment<3>(rigid_state::kVelocity);
-  const AirWay rate =
-      air_->wind.way_rate(in_air.agl_m, (velocity - air_->wind.mean_mps(in_air)).norm());
-  // Gusts begin with the flight, however long it settles before; turbulence is met all the time.
-  const double distance_rate_mps = time_s < 0.0 ? 0.0 : rate.distance_m;
-  // Derivatives by differences look a little before the beginning.
-  const AirWay way{.distance_m = std::max(state[kAirWay], 0.0),
-                   .level_lengths = std::max(state[kAirWay + 1], 0.0),
-                   .vertical_lengths = std::max(state[kAirWay + 2], 0.0)};
-  return {.wind_world_mps = air_->wind.at(in_air, way),
-          .way_rate = {distance_rate_mps, rate.level_lengths, rate.vertical_lengths}};
+MetAir QuadrotorDynamics::air_at(double time_s, const State& state) const {
+  return met_air(air_, frame_, time_s, place_world(state), state.segment<3>(rigid_state::kVelocity),
+                 state.segment<3>(kAirWay));
 }
 
 Vector3d QuadrotorDynamics::wind_world_mps(double time_s, const State& state) const {
@@ -263,7 +196,7 @@ std::pair<Vector3d, Vector3d> QuadrotorDynamics::forces(const State& state,
 State QuadrotorDynamics::rates(double time_s, const State& state) const {
   const Vector3d gravity = gravity_world_mps2(frame_, place_world(state));
   const Commands told = commands(time_s, state, gravity);
-  const Air air = air_at(time_s, state);
+  const MetAir air = air_at(time_s, state);
   const Eigen::VectorXd rotors_radps = rotors_of(state, told);
   const auto [force, moment] = forces(state, rotors_radps, air.wind_world_mps);
   const Vector3d velocity = state.segment<3>(rigid_state::kVelocity);
@@ -278,7 +211,7 @@ State QuadrotorDynamics::rates(double time_s, const State& state) const {
   for (Eigen::Index i = 0; i < told.rotors_radps.size(); ++i) {
     const double lacking = told.rotors_radps[i] - rotors_radps[i];
     const double lag_s = lacking > 0.0 ? vehicle_.rotor_lag_up_s : vehicle_.rotor_lag_down_s;
-    rates[kRotors + i] = lacking / std::max(lag_s, kStep_s);
+    rates[kRotors + i] = lacking / std::max(lag_s, kFlownStep_s);
   }
   return rates;
 }
@@ -289,50 +222,12 @@ std::unique_ptr<FlownMotion> fly(const WorldFrame& frame, const Trajectory& plan
                                  const Quadrotor& vehicle, const FlightControl& control,
                                  const FlightAir* air, double max_off_m, FlightReport& report) {
   QuadrotorDynamics dynamics(frame, vehicle, control, plan, air);
-  constexpr double kNode_s = kStepsANode * kStep_s;
-  const double before_s = settling_s(control.resolved(vehicle));
-  TERRACAST_CHECK(before_s + plan.duration_s() + kFlownBeyond_s <= kMostFlown_s,
-                  "flights are bounded before they are flown");
-  const auto nodes_before = static_cast<int>(std::ceil(before_s / kNode_s));
-  const auto nodes_after =
-      static_cast<int>(std::ceil((plan.duration_s() + kFlownBeyond_s) / kNode_s));
-  // Times are multiples of the step, so that they are the same for any number of nodes before them.
-  const auto time_of = [&](int node, int step) { return (node * kStepsANode + step) * kStep_s; };
-  report = {};
-  State state = dynamics.start(time_of(-nodes_before, 0));
-  const Vector3d begin_world = dynamics.anchor_world();
-  std::vector<FlownMotion::Node> nodes = {
-      node_of(frame, dynamics, time_of(-nodes_before, 0), state)};
-  const auto rates = [&](double time_s, const State& at) { return dynamics.rates(time_s, at); };
   constexpr double kMoreBefore = 10.0;  // when it begins, it does not lean against the wind yet
-  for (int node = -nodes_before; node < nodes_after; ++node) {
-    for (int step = 0; step < kStepsANode; ++step) {
-      const double time_s = time_of(node, step);
-      const bool counts = time_s >= 0.0 && time_s <= plan.duration_s();
-      const MotionState& planned = dynamics.planned(time_s);
-      const double off_m =
-          (dynamics.place_world(state) - planned.world_from_body.translation).norm();
-      if (counts && off_m > report.most_off_m) {
-        report.most_off_m = off_m;
-        report.most_off_s = time_s;
-      }
-      if (dynamics.commands(time_s, state).is_saturated) {
-        if (report.saturated_s == 0.0) report.first_saturated_s = time_s;
-        report.saturated_s += kStep_s;
-      }
-      if (!(off_m <= (counts ? max_off_m : kMoreBefore * max_off_m)))
-        refuse(frame, planned, off_m,
-               counts ? fmt::format("max_off_m = {}", max_off_m)
-                      : fmt::format("{:.0f} times max_off_m = {} while it settles", kMoreBefore,
-                                    max_off_m),
-               report);
-      state = runge_kutta_step(state, time_s, kStep_s, rates);
-    }
-    nodes.push_back(node_of(frame, dynamics, time_of(node + 1, 0), state));
-    dynamics.move_anchor(state);
-  }
-  return std::make_unique<FlownMotion>(time_of(-nodes_before, 0), kNode_s, begin_world, nodes,
-                                       plan.duration_s());
+  return flown_along(frame, dynamics, settling_s(control.resolved(vehicle)), plan.duration_s(),
+                     max_off_m, kMoreBefore, report,
+                     [&](const MotionState& planned, double off_m, const std::string& limit_text) {
+                       refuse(frame, planned, off_m, limit_text, report);
+                     });
 }
 
 }  // namespace terracast::geo

@@ -2,15 +2,14 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "core/schema.h"
-#include "geo/air/wind.h"
+#include "geo/air/flight_air.h"
 #include "geo/trajectory.h"
-#include "geo/vehicles/flown_motion.h"
+#include "geo/vehicles/flown_steps.h"
 #include "geo/vehicles/quadrotor.h"
 #include "geo/vehicles/rigid_body.h"
 
@@ -25,13 +24,6 @@ struct FlightControl {
   void describe(core::SchemaVisitor& visit);
   /// With 0 replaced for a vehicle.
   FlightControl resolved(const Quadrotor& vehicle) const;
-};
-
-/// The wind that a flight meets.
-struct FlightAir {
-  WindField wind;
-  /// Height of the ground below the flight, above the ellipsoid, by the flight's time; smooth.
-  std::function<double(double time_s)> ground_height_m;
 };
 
 /// The equations of motion of a quadrotor under control: derivatives of a state by time. Threads: one at a time.
@@ -68,6 +60,9 @@ class QuadrotorDynamics {
     bool is_saturated;
   };
   Commands commands(double time_s, const State& state) const;
+  bool is_saturated(double time_s, const State& state) const {
+    return commands(time_s, state).is_saturated;
+  }
   Eigen::Vector3d wind_world_mps(double time_s, const State& state) const;
   /// Forces by the air and the rotors, N, of the world, and moments, N m, of the body.
   std::pair<Eigen::Vector3d, Eigen::Vector3d> forces(double time_s, const State& state) const;
@@ -81,12 +76,7 @@ class QuadrotorDynamics {
   const MotionState& planned(double time_s) const;
 
  private:
-  /// The air about a state: its wind, and how fast the way through it grows.
-  struct Air {
-    Eigen::Vector3d wind_world_mps = Eigen::Vector3d::Zero();
-    Eigen::Vector3d way_rate = Eigen::Vector3d::Zero();
-  };
-  Air air_at(double time_s, const State& state) const;
+  MetAir air_at(double time_s, const State& state) const;
   Commands commands(double time_s, const State& state, const Eigen::Vector3d& gravity) const;
   Eigen::VectorXd rotors_of(const State& state, const Commands& commands) const;
   std::pair<Eigen::Vector3d, Eigen::Vector3d> forces(const State& state,
@@ -108,15 +98,6 @@ class QuadrotorDynamics {
   mutable std::size_t next_remembered_ = 0;
 };
 
-/// How a flight went.
-struct FlightReport {
-  double most_off_m = 0.0;  ///< largest distance from the planned place at the same time
-  double most_off_s = 0.0;  ///< when
-  double saturated_s =
-      0.0;  ///< how long rotors were to be faster or slower than they can be, also before time 0
-  double first_saturated_s = 0.0;
-};
-
 /// A flight along a plan by QuadrotorDynamics, in steps of 1 ms, as a curve with nodes every 20 ms.
 /// control         so quick that the flight, with the times before and after it, lasts kMostFlown_s at most
 /// plan            asked from `settling_s` before its time 0 on, from where the flight begins in the planned state
@@ -131,9 +112,5 @@ std::unique_ptr<FlownMotion> fly(const WorldFrame& frame, const Trajectory& plan
 
 /// How long before its time 0 a flight begins: until errors of its beginning have died away.
 double settling_s(const FlightControl& resolved);
-/// For so long after its end a flight goes on, so that shutters and sensors may look there.
-inline constexpr double kFlownBeyond_s = 1.0;
-/// Longest time that is flown in one go, with those before and after the flight.
-inline constexpr double kMostFlown_s = 3600.0;
 
 }  // namespace terracast::geo

@@ -51,6 +51,21 @@ void set_rigid_rates(const State& state, const Eigen::Vector3d& acceleration_wor
       (moment_body_nm - turn_rate.cross(momentum)).cwiseQuotient(inertia_kg_m2);
 }
 
+/// The same for a body whose axes are not its principal ones.
+/// inertia_kg_m2, per_inertia   about the body's axes, and its inverse
+template <class State>
+void set_rigid_rates(const State& state, const Eigen::Vector3d& acceleration_world_mps2,
+                     const Eigen::Vector3d& moment_body_nm, const Eigen::Matrix3d& inertia_kg_m2,
+                     const Eigen::Matrix3d& per_inertia,
+                     const Eigen::Vector3d& earth_rate_world_radps, State& rates) {
+  set_rigid_rates(state, acceleration_world_mps2, Eigen::Vector3d::Zero().eval(),
+                  Eigen::Vector3d::Ones().eval(), earth_rate_world_radps, rates);
+  const Eigen::Vector3d turn_rate = state.template segment<3>(rigid_state::kTurnRate);
+  rates.template segment<3>(rigid_state::kTurnRate) =
+      per_inertia *
+      Eigen::Vector3d(moment_body_nm - turn_rate.cross(Eigen::Vector3d(inertia_kg_m2 * turn_rate)));
+}
+
 /// A step of the classical method of Runge and Kutta of the fourth order; the rotation comes back to length 1.
 /// rates   rates(time_s, state): its derivative by time
 template <class State, class Rates>

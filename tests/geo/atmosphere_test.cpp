@@ -37,6 +37,21 @@ TEST(Atmosphere, FollowsFromHeightsAboveSeaLevel) {
         << height_m;
 }
 
+TEST(Atmosphere, HasTheTemperaturesAndDensitiesOfIsosTable) {
+  // By geopotential height: kelvins, kilograms a cubic metre. Densities to the table's five digits.
+  struct Published {
+    double height_m, temperature_k, density_kg_per_m3;
+  };
+  for (const auto& [height_m, temperature_k, density_kg_per_m3] : {Published{0.0, 288.15, 1.2250},
+                                                                   {1000.0, 281.65, 1.1116},
+                                                                   {5000.0, 255.65, 0.73612},
+                                                                   {11000.0, 216.65, 0.36392}}) {
+    EXPECT_NEAR(air_temperature_k(height_m, {}), temperature_k, 1e-9) << height_m;
+    EXPECT_NEAR(air_density_kg_per_m3(height_m, {}) / density_kg_per_m3, 1.0, 5e-5) << height_m;
+  }
+  EXPECT_NEAR(air_temperature_k(1000.0, {.warmer_k = 12.0}), 293.65, 1e-9);
+}
+
 TEST(Atmosphere, IsInHydrostaticBalance) {
   // dp/dH = -g p / (R T), of any day's air: by central differences, within each layer.
   for (const double warmer_k : {0.0, -20.0, 15.0})

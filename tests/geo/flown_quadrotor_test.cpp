@@ -497,6 +497,7 @@ TEST(FlownQuadrotor, ShippedVehiclesHoverInWind) {
   const Hover hover(world.frame, Vector3d(0.0, 0.0, 30.0), 0.5);
   for (const auto& entry :
        std::filesystem::directory_iterator(TERRACAST_SOURCE_DIR "/configs/vehicles")) {
+    if (!test::is_set_of_rotors(entry.path())) continue;
     const Quadrotor vehicle = shipped_vehicle(entry.path().filename().string());
     const FlightAir air = even_air({.speed_mps = 2.0, .from_deg = 90.0, .profile = "even"});
     FlightReport report;

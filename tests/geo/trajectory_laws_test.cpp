@@ -80,6 +80,57 @@ kind = "facade"
 wall = [{ lat_deg = 42.51, lon_deg = 1.52 }, { lat_deg = 42.5102, lon_deg = 1.5205 }]
 highest_m = 25.0
 )"},
+                                                       {"fixed_wing", R"(
+kind = "fixed_wing"
+waypoints = [
+  { lat_deg = 42.500, lon_deg = 1.500, height_m = 120.0 },
+  { lat_deg = 42.502, lon_deg = 1.504, height_m = 140.0 },
+  { lat_deg = 42.501, lon_deg = 1.508, height_m = 125.0 },
+]
+[vehicle]
+mass_kg = 13.5
+inertia_kg_m2 = [0.8244, 1.135, 1.759]
+product_of_inertia_kg_m2 = 0.1204
+wing_area_m2 = 0.55
+span_m = 2.8956
+chord_m = 0.18994
+lift = { zero = 0.28, alpha_per_rad = 3.45, elevator_per_rad = -0.36 }
+drag = { parasitic = 0.0437 }
+pitch = { zero = -0.02338, alpha_per_rad = -0.38, q_per_rad = -3.6, elevator_per_rad = -0.5 }
+side = { beta_per_rad = -0.98, rudder_per_rad = -0.17 }
+roll = { beta_per_rad = -0.12, p_per_rad = -0.26, r_per_rad = 0.14, aileron_per_rad = 0.08, rudder_per_rad = 0.105 }
+yaw = { beta_per_rad = 0.25, p_per_rad = 0.022, r_per_rad = -0.35, aileron_per_rad = 0.06, rudder_per_rad = -0.032 }
+propeller = { area_m2 = 0.2027, full_mps = 80.0 }
+[wind]
+speed_mps = 4.0
+from_deg = 30.0
+)"},
+                                                       {"fixed_wing_flown", R"(
+kind = "fixed_wing"
+mode = "flown"
+waypoints = [
+  { lat_deg = 42.500, lon_deg = 1.500, height_m = 120.0 },
+  { lat_deg = 42.502, lon_deg = 1.504, height_m = 140.0 },
+  { lat_deg = 42.501, lon_deg = 1.508, height_m = 125.0 },
+]
+[vehicle]
+mass_kg = 13.5
+inertia_kg_m2 = [0.8244, 1.135, 1.759]
+product_of_inertia_kg_m2 = 0.1204
+wing_area_m2 = 0.55
+span_m = 2.8956
+chord_m = 0.18994
+lift = { zero = 0.28, alpha_per_rad = 3.45, elevator_per_rad = -0.36 }
+drag = { parasitic = 0.0437 }
+pitch = { zero = -0.02338, alpha_per_rad = -0.38, q_per_rad = -3.6, elevator_per_rad = -0.5 }
+side = { beta_per_rad = -0.98, rudder_per_rad = -0.17 }
+roll = { beta_per_rad = -0.12, p_per_rad = -0.26, r_per_rad = 0.14, aileron_per_rad = 0.08, rudder_per_rad = 0.105 }
+yaw = { beta_per_rad = 0.25, p_per_rad = 0.022, r_per_rad = -0.35, aileron_per_rad = 0.06, rudder_per_rad = -0.032 }
+propeller = { area_m2 = 0.2027, full_mps = 80.0 }
+[wind]
+speed_mps = 4.0
+gusts = [{ start_m = 60.0, length_m = 120.0, left_mps = 1.0, up_mps = 0.5 }]
+)"},
                                                        {"forward", R"(
 kind = "forward"
 start = { lat_deg = 42.51, lon_deg = 1.52, height_m = 80.0 }
@@ -166,8 +217,10 @@ waypoints = [
   return found->second;
 }
 
-/// Flights of least snap are of the fourth order always, and no key says it.
-bool has_continuity_key(const std::string& kind) { return !kind.starts_with("quadrotor"); }
+/// Vehicles' flights are of the fourth order always, and no key says it.
+bool has_continuity_key(const std::string& kind) {
+  return !kind.starts_with("quadrotor") && !kind.starts_with("fixed_wing");
+}
 
 /// The keys of a kind's example with one more, which stands before tables.
 std::string with_continuity(const std::string& kind, const std::string& keys,
@@ -373,7 +426,7 @@ TEST_P(TrajectoryLaws, AShutterMayLookBeforeTheBeginningAndAfterTheEnd) {
   // Half a second out the roll has settled, and has no knots any more. Closed paths go round.
   const std::string& kind = std::get<0>(GetParam());
   // What is flown has knots there.
-  if (kind != "loop" && kind != "orbit" && kind != "quadrotor_flown")
+  if (kind != "loop" && kind != "orbit" && kind != "quadrotor_flown" && kind != "fixed_wing_flown")
     for (const double time_s : {-0.5, end_s + 0.5}) {
       const DerivativeErrors errors = derivative_errors(*motion_, time_s, 0.005);
       EXPECT_LT(errors.velocity, 1e-7) << time_s;
@@ -537,6 +590,7 @@ std::vector<std::tuple<std::string, std::string>> kinds_and_continuities() {
     result.emplace_back(kind, "fourth");
   }
   result.emplace_back("quadrotor_flown", "fourth");
+  result.emplace_back("fixed_wing_flown", "fourth");
   return result;
 }
 

@@ -1,6 +1,8 @@
 #include "tests/geo/trajectory_support.h"
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "core/toml_reader.h"
 
@@ -15,6 +17,12 @@ geo::TrajectoryOptions options_from(const std::string& toml) {
 std::unique_ptr<geo::Trajectory> trajectory_from(const std::string& toml,
                                                  const GroundWorld& world) {
   return options_from(toml).kind_options().build(world.context());
+}
+
+bool is_set_of_rotors(const std::filesystem::path& file) {
+  std::ifstream text(file);
+  return std::string(std::istreambuf_iterator<char>(text), {}).find("num_rotors") !=
+         std::string::npos;
 }
 
 double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world) {

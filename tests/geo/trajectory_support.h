@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -42,6 +43,9 @@ double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world);
 double roll_rad(const GroundWorld& world, const geo::BodyState& state);
 
 inline constexpr double kGravity_mps2 = 9.80665;
+
+/// Whether a file of configs/vehicles is of a quadrotor, not of an aircraft.
+bool is_set_of_rotors(const std::filesystem::path& file);
 
 std::string orbit_text(double radius_m, double speed_mps, const std::string& more = "");
 

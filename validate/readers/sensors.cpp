@@ -74,6 +74,14 @@ std::vector<ChannelName> channels_of_imu() {
 /// The channels that kinds have; those of plug-ins are called, and measured in, what they like.
 const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
   static const std::map<std::string, std::vector<ChannelName>> kChannels = {
+      {"airspeed",
+       {{"differential_pressure_pa", "Pa"},
+        {"indicated_airspeed_mps", "m/s"},
+        {"true_differential_pressure_pa", "Pa"},
+        {"true_airspeed_mps", "m/s"},
+        {"true_wind_east_mps", "m/s"},
+        {"true_wind_north_mps", "m/s"},
+        {"true_wind_up_mps", "m/s"}}},
       {"barometer",
        {{"pressure_pa", "Pa"}, {"true_pressure_pa", "Pa"}, {"true_altitude_msl_m", "m"}}},
       {"gnss", with_truth({{"lat_deg", "deg"},
@@ -304,10 +312,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.sea_level_pressure_pa = setting_of(sensor.settings_toml, "sea_level_pressure_pa", where);
     sensor.warmer_k = setting_of(sensor.settings_toml, "warmer_k", where);
   }
-  if (sensor.kind == "imu")
-    sensor.is_integrated = is_integrated(sensor.settings_toml, where);
-  if (sensor.kind == "lidar")
-    read_settings_of_lidar(sensor.settings_toml, where, sensor);
+  if (sensor.kind == "imu") sensor.is_integrated = is_integrated(sensor.settings_toml, where);
+  if (sensor.kind == "lidar") read_settings_of_lidar(sensor.settings_toml, where, sensor);
   if (sensor.kind == "gnss_observations")
     sensor.gnss = {
         .mask_deg = setting_of(sensor.settings_toml, "mask_deg", where),
