@@ -12,7 +12,7 @@ LightSample light_of(const TimedLook& look) {
 
 }  // namespace
 
-void sort_events(std::vector<Event>& events) {
+void sort_events(std::span<Event> events) {
   std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
     return a.time_ns != b.time_ns ? a.time_ns < b.time_ns : a.pixel < b.pixel;
   });

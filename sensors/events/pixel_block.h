@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sensors/events/adaptive_steps.h"
@@ -34,6 +35,6 @@ class PixelBlock {
 };
 
 /// The order of events in a stream.
-void sort_events(std::vector<Event>& events);
+void sort_events(std::span<Event> events);
 
 }  // namespace terracast::sensors::events

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -95,43 +96,54 @@ const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
   return kChannels;
 }
 
-/// A column that every lidar has.
-struct LidarColumn {
+/// A column of a scanner.
+struct ScanColumn {
   std::string_view name;
   std::string_view type;  ///< kind and bytes of its numbers
 };
 /// In order, after the time.
-constexpr std::array<LidarColumn, 21> kLidarColumns = {{{"x_m", "f8"},
-                                                        {"y_m", "f8"},
-                                                        {"z_m", "f8"},
-                                                        {"range_m", "f8"},
-                                                        {"true_range_m", "f8"},
-                                                        {"spread_m", "f4"},
-                                                        {"power_per_m2", "f4"},
-                                                        {"reflectance", "f4"},
-                                                        {"incidence_rad", "f4"},
-                                                        {"ring", "u2"},
-                                                        {"pulse", "u4"},
-                                                        {"return_number", "u1"},
-                                                        {"num_returns", "u1"},
-                                                        {"class_id", "u1"},
-                                                        {"instance_id", "u4"},
-                                                        {"local_x_m", "f8"},
-                                                        {"local_y_m", "f8"},
-                                                        {"local_z_m", "f8"},
-                                                        {"local_origin_x_m", "f8"},
-                                                        {"local_origin_y_m", "f8"},
-                                                        {"local_origin_z_m", "f8"}}};
+constexpr std::array<ScanColumn, 21> kLidarColumns = {{{"x_m", "f8"},
+                                                       {"y_m", "f8"},
+                                                       {"z_m", "f8"},
+                                                       {"range_m", "f8"},
+                                                       {"true_range_m", "f8"},
+                                                       {"spread_m", "f4"},
+                                                       {"power_per_m2", "f4"},
+                                                       {"reflectance", "f4"},
+                                                       {"incidence_rad", "f4"},
+                                                       {"ring", "u2"},
+                                                       {"pulse", "u4"},
+                                                       {"return_number", "u1"},
+                                                       {"num_returns", "u1"},
+                                                       {"class_id", "u1"},
+                                                       {"instance_id", "u4"},
+                                                       {"local_x_m", "f8"},
+                                                       {"local_y_m", "f8"},
+                                                       {"local_z_m", "f8"},
+                                                       {"local_origin_x_m", "f8"},
+                                                       {"local_origin_y_m", "f8"},
+                                                       {"local_origin_z_m", "f8"}}};
+constexpr std::array<ScanColumn, 5> kEventColumns = {
+    {{"x_px", "u2"}, {"y_px", "u2"}, {"polarity", "u1"}, {"is_noise", "u1"}, {"contrast", "f4"}}};
 
-void check_channels_of_lidar(const Json& channels, const std::string& where) {
-  for (std::size_t i = 0; i < kLidarColumns.size(); ++i)
-    if (channels.size() != kLidarColumns.size() ||
-        channels.at(i).at("name").string() != kLidarColumns[i].name)
-      fail(ErrorKind::Input, "{}: channel {} of a lidar is {}", where, i, kLidarColumns[i].name);
+/// The columns of a kind's scans; empty: it is no scanner, or a plug-in's.
+std::span<const ScanColumn> columns_of_scanner(std::string_view kind) {
+  if (kind == "lidar") return kLidarColumns;
+  if (kind == "events") return kEventColumns;
+  return {};
+}
+
+void check_channels_of_scanner(const std::string& kind, const Json& channels,
+                               const std::string& where) {
+  const std::span<const ScanColumn> columns = columns_of_scanner(kind);
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (channels.size() != columns.size() || channels.at(i).at("name").string() != columns[i].name)
+      fail(ErrorKind::Input, "{}: channel {} of a sensor of the kind {} is {}", where, i, kind,
+           columns[i].name);
 }
 
 void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
-  if (kind == "lidar") return check_channels_of_lidar(channels, where);
+  if (!columns_of_scanner(kind).empty()) return check_channels_of_scanner(kind, channels, where);
   const auto known = channels_of_kinds().find(kind);
   if (known == channels_of_kinds().end()) return;
   const std::vector<ChannelName>& right = known->second;
@@ -233,7 +245,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (!channels_of_kinds().contains(sensor.kind) && sensor.kind != "lidar" &&
+  const bool is_scanner = !columns_of_scanner(sensor.kind).empty();
+  if (!channels_of_kinds().contains(sensor.kind) && !is_scanner &&
       sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
@@ -242,8 +255,9 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   if (file != fmt::format("sensors/{}/{}{}", sensor.rig, sensor.name, sensor.is_scan ? "" : ".csv"))
     fail(ErrorKind::Input, "{}: its file is {}; sensors/RIG/NAME{} is right", where,
          core::first_letters(file, 100), sensor.is_scan ? "" : ".csv");
-  if ((sensor.kind == "lidar") != sensor.is_scan && sensor.kind.find('.') == std::string::npos)
-    fail(ErrorKind::Input, "{}: a lidar has a folder of scans, other kinds a file", where);
+  if (is_scanner != sensor.is_scan && sensor.kind.find('.') == std::string::npos)
+    fail(ErrorKind::Input, "{}: a lidar or event camera has a folder of scans, other kinds a file",
+         where);
   sensor.file = sequence.path + "/" + file;
   if (!sensor.is_scan && !dataset.files.contains(sensor.file))
     fail(ErrorKind::Input, "{}: {} is not in dataset.json", where, sensor.file);
@@ -269,10 +283,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.sea_level_pressure_pa = setting_of(sensor.settings_toml, "sea_level_pressure_pa", where);
     sensor.warmer_k = setting_of(sensor.settings_toml, "warmer_k", where);
   }
-  if (sensor.kind == "imu")
-    sensor.is_integrated = is_integrated(sensor.settings_toml, where);
-  if (sensor.kind == "lidar")
-    read_settings_of_lidar(sensor.settings_toml, where, sensor);
+  if (sensor.kind == "imu") sensor.is_integrated = is_integrated(sensor.settings_toml, where);
+  if (sensor.kind == "lidar") read_settings_of_lidar(sensor.settings_toml, where, sensor);
   if (!sensor.is_scan) read_samples(dataset, header, sensor);
   return sensor;
 }
@@ -290,14 +302,14 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
     are_same = table.columns[k + 1].name == scanner.channels[k];
   if (!are_same)
     fail(ErrorKind::Input, "{}: other columns than time_s and those of sensors.json", path);
-  if (scanner.kind == "lidar")
-    for (std::size_t k = 0; k <= kLidarColumns.size(); ++k) {
-      const std::string_view right = k == 0 ? "f8" : kLidarColumns[k - 1].type;
-      const NpyTable::Column& column = table.columns[k];
-      if (column.kind != right[0] || column.item_size != static_cast<std::size_t>(right[1] - '0'))
-        fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,
-             column.kind, column.item_size, right);
-    }
+  const std::span<const ScanColumn> columns = columns_of_scanner(scanner.kind);
+  for (std::size_t k = 0; !columns.empty() && k <= columns.size(); ++k) {
+    const std::string_view right = k == 0 ? "f8" : columns[k - 1].type;
+    const NpyTable::Column& column = table.columns[k];
+    if (column.kind != right[0] || column.item_size != static_cast<std::size_t>(right[1] - '0'))
+      fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,
+           column.kind, column.item_size, right);
+  }
   return table;
 }
 
