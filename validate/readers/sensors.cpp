@@ -291,6 +291,29 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
 
 }  // namespace
 
+EventSettings event_settings(const SensorRecord& sensor) {
+  const auto number = [&](const char* key) {
+    return setting_of(sensor.settings_toml, key, sensor.file);
+  };
+  const auto size_px = [&](const char* key) {
+    constexpr double kMost = 16384.0;
+    const double size = number(key);
+    if (!(size >= 0.0 && size <= kMost && size == std::floor(size)))
+      fail(ErrorKind::Input, "{}: {} of settings_toml is {}, no size", sensor.file, key, size);
+    return static_cast<int>(size);
+  };
+  const std::string camera = words_of(sensor.settings_toml, "camera", sensor.file);
+  if (camera.size() < 2 || camera.front() != '"' || camera.back() != '"')
+    fail(ErrorKind::Input, "{}: camera of settings_toml is no text", sensor.file);
+  return {.camera = camera.substr(1, camera.size() - 2),
+          .width_px = size_px("width_px"),
+          .height_px = size_px("height_px"),
+          .contrast_on = number("contrast_on"),
+          .contrast_off = number("contrast_off"),
+          .contrast_sd = number("contrast_sd"),
+          .refractory_us = number("refractory_us")};
+}
+
 NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame) {
   const std::string path = fmt::format("{}/{:06}.npy", scanner.file, frame);
   if (!dataset.files.contains(path))
