@@ -1,7 +1,10 @@
 // Events as DSEC has them, by another reader of HDF5 than the library that writes them.
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "core/atomic_file.h"
 #include "core/json.h"
 #include "tests/export/exported.h"
 #include "tests/support/hdf5_reader.h"

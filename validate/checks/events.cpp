@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "validate/checks/checker.h"
 #include "validate/checks/contradictions.h"
+#include "validate/pictures.h"
 #include "validate/readers/sensors.h"
 
 /// Events of event cameras: what their rows say of each other, and against the images of the camera whose lens they share.
@@ -92,6 +93,8 @@ class EventStream {
     // Scans begin from the frame's time to before the next one's, and the last one goes on.
     const double from_s = frame / sequence_.rate_hz;
     const double to_s = (frame + 1) / sequence_.rate_hz + 1.0 / sensor_.rate_hz;
+    const bool is_shown = is_size_known_ && frame == sequence_.num_frames / 2;
+    if (is_shown) counts_ = core::ImageF(width_px_, height_px_, 1);
     Event before{.time_s = -std::numeric_limits<double>::infinity()};
     for (std::size_t row = 0; row < table.num_rows; ++row) {
       const auto at = [&](std::size_t column) { return table.number(table.columns[column], row); };
@@ -127,10 +130,21 @@ class EventStream {
                        (event.time_s == before.time_s && event.pixel > before.pixel),
                    [&] { return fmt::format("{}: not behind the row before", where()); });
       compare_with_pixel(event, where, found);
+      if (is_shown) counts_(static_cast<int>(x), static_cast<int>(y)) += event.is_on ? 1.0F : -1.0F;
       add(event);
       before = event;
       ++num_events_;
     }
+  }
+
+  /// The events of the middle frame's scans, pixel by pixel; nothing where the size is not known.
+  std::optional<CheckResult::Picture> picture() const {
+    if (counts_.empty()) return std::nullopt;
+    constexpr float kFull = 3.0F;
+    return CheckResult::Picture{
+        .title = fmt::format("{}/{}: events of {:.3g} s, brighter red, darker blue", sensor_.rig,
+                             sensor_.name, 1.0 / sequence_.rate_hz),
+        .image = diverging_picture(counts_, kFull)};
   }
 
   /// Ends at a frame's time what pixels gained since the one before.
@@ -192,6 +206,7 @@ class EventStream {
   std::vector<double> last_s_;     ///< of each pixel's events
   std::vector<Event> waiting_;     ///< that are not in any frame's gains
   std::size_t num_events_ = 0;
+  core::ImageF counts_;  ///< of the middle frame's scans, brighter less darker
 };
 
 /// What events and images say of the same pixels from frame to frame.
@@ -246,6 +261,9 @@ class EventsChecker : public Checker {
         "Rows of {} events of {} cameras: order, times, pixels, polarities, refractory time, one "
         "threshold a pixel and sign.",
         num_events, streams_.size());
+    for (const EventStream& stream : streams_)
+      if (std::optional<CheckResult::Picture> picture = stream.picture())
+        rows.pictures.push_back(std::move(*picture));
     rows.reason = "They follow the sensor's own rules.";
     rows.detects = "times in another unit, x and y exchanged where the image is not square";
     return {rows, light()};
