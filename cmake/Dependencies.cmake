@@ -24,6 +24,7 @@ pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(libseccomp REQUIRED IMPORTED_TARGET libseccomp)
 pkg_check_modules(libzip REQUIRED IMPORTED_TARGET libzip)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET hdf5)
 pkg_check_modules(sqlite3 REQUIRED IMPORTED_TARGET sqlite3)
 # The operation that leads from a raster's CRS to WGS84 is chosen, and recorded, by PROJ; it comes with GDAL's headers.
 pkg_check_modules(proj REQUIRED IMPORTED_TARGET proj)

@@ -113,6 +113,7 @@ std::string unit_of(std::string_view name) {
       {"_n_s2_per_rad2", "N/(rad/s)²"},
       {"_nm_s2_per_rad2", "N m/(rad/s)²"},
       {"_n_s2_per_m2", "N/(m/s)²"},
+      {"_cd_per_m2", "cd/m²"},
       {"_kg_m2", "kg m²"},
       {"_n_s2_per_rad_m", "N/(rad/s)/(m/s)"},
       {"_mps3", "m/s³"},

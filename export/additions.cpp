@@ -8,6 +8,7 @@
 
 #include "export/calibration.h"
 #include "export/clouds/cloud.h"
+#include "export/events/dsec.h"
 #include "export/imaging_record.h"
 #include "export/motion_record.h"
 #include "export/moving_record.h"
@@ -68,7 +69,7 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
 void write_additions(DatasetWriter& writer, const std::string& folder,
                      const capture::SequenceReader& sequence,
                      const std::vector<ExportedCamera>& cameras,
-                     const std::vector<std::string>& clouds) {
+                     const ScanForms& forms) {
   writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
@@ -76,7 +77,8 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   write_sensors(writer, folder, sequence);
   write_fixes(writer, folder, sequence);
   write_observations(writer, folder, sequence);
-  if (!clouds.empty()) write_clouds(writer, folder, sequence, clouds);
+  if (!forms.clouds.empty()) write_clouds(writer, folder, sequence, forms.clouds);
+  if (!forms.events.empty()) write_dsec_events(writer, folder, sequence);
   if (has_imaging(sequence.info()))
     writer.write(folder + "/" + kImagingFile, imaging_text(sequence, cameras));
   if (sequence.info().has_rolling_shutter())

@@ -6,6 +6,7 @@
 #include "capture/frame_reader.h"
 #include "export/dataset_writer.h"
 #include "export/georeference.h"
+#include "export/scan_forms.h"
 
 /// Files that no format has of its own, and every dataset of ours: in the folder of each sequence.
 namespace terracast::exporters {
@@ -22,11 +23,11 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
 /// (export/imaging_record.h), of how bodies move under rolling shutters (export/motion_record.h) and of errors of
 /// rigs (export/calibration.h), and of sensors beside cameras (export/sensor_record.h).
 /// folder    of the sequence, relative to the dataset
-/// clouds    forms of clouds of lidars besides (export/clouds/cloud.h): Exporter::clouds
-/// throws    Io; as write_clouds()
+/// forms     of scans besides (export/clouds/cloud.h, export/events/dsec.h): Exporter::scan_forms
+/// throws    Io; as write_clouds() and write_dsec_events()
 void write_additions(DatasetWriter& writer, const std::string& folder,
                      const capture::SequenceReader& sequence,
                      const std::vector<ExportedCamera>& cameras,
-                     const std::vector<std::string>& clouds = {});
+                     const ScanForms& forms = {});
 
 }  // namespace terracast::exporters

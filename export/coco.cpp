@@ -160,7 +160,7 @@ class CocoExporter final : public Exporter {
     const std::string name = folder_word(sequence.info().name);
     const std::string path = "sequences/" + name;
     const std::vector<ExportedCamera> exported = exported_cameras(sequence.info().cameras);
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
     const capture::ObjectLabels labels = capture::ObjectLabels::open(sequence);
     capture::check_num_things(labels.objects().size(), "coco: sequence " + sequence.info().name);
 

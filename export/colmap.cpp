@@ -360,7 +360,7 @@ class ColmapExporter final : public Exporter {
     writer.write(path + "/database.db", colmap_database(model));
     writer.write(path + "/rig_config.json", colmap_rig_config(model));
     writer.write(path + "/georegistration.txt", colmap_georegistration(model));
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
 
     std::size_t num_observations = 0;
     for (const ColmapPoint& point : model.points) num_observations += point.track.size();

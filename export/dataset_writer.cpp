@@ -63,7 +63,8 @@ std::string source_hash(std::string_view format, const Exporter& exporter,
                         const std::vector<capture::SequenceReader>& sequences) {
   std::string text = fmt::format("{}\n{}\n", TERRACAST_VERSION, format);
   exporter.clone()->describe(*core::make_toml_writer(text));
-  for (const std::string& form : exporter.clouds) text += "clouds " + form + "\n";
+  for (const std::string& form : exporter.scan_forms.clouds) text += "clouds " + form + "\n";
+  for (const std::string& form : exporter.scan_forms.events) text += "events " + form + "\n";
   for (const capture::SequenceReader& sequence : sequences)
     text += core::content_hash_of_file(sequence.folder() / capture::kManifestFile) + "\n";
   return core::content_hash(text + core::plugin_marks(text));

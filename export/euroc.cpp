@@ -189,7 +189,7 @@ class EurocExporter final : public Exporter {
     }
     write_inertial(flight, writer);
     write_cameras(flight, writer);
-    write_additions(writer, flight.path, sequence, flight.cameras, clouds);
+    write_additions(writer, flight.path, sequence, flight.cameras, scan_forms);
     write_images(flight, writer, context);
     return describe_sequence(sequence, flight.local, flight.path, flight.path, flight.cameras,
                              calibration_);

@@ -14,6 +14,7 @@
 #include "core/choice.h"
 #include "core/context.h"
 #include "core/schema.h"
+#include "export/scan_forms.h"
 
 namespace terracast::exporters {
 
@@ -34,8 +35,7 @@ struct TrackPointsWanted {
 class Exporter {
  public:
   virtual ~Exporter() = default;
-  /// Forms in which clouds of lidars are written beside their scans (export/clouds/cloud.h); every format takes them.
-  std::vector<std::string> clouds = {};
+  ScanForms scan_forms = {};  ///< every format takes them
   virtual void describe(core::SchemaVisitor& visit) = 0;
   virtual std::unique_ptr<Exporter> clone() const = 0;
 
@@ -96,7 +96,7 @@ struct ExportOptions {
   const Exporter& exporter() const { return *exporter_; }
 
  private:
-  std::vector<std::string> clouds_;
+  ScanForms scan_forms_;
   core::KindOptions<ExporterInfo> exporter_;
 };
 

@@ -3,6 +3,7 @@
 #include "core/plugin_rows.h"
 #include "core/registry.h"
 #include "export/clouds/cloud.h"
+#include "export/events/dsec.h"
 #include "export/exporter.h"
 
 // Every exporter, in alphabetical order: X(name) is export/name.cpp, which defines `ExporterInfo
@@ -44,14 +45,19 @@ void ExportOptions::describe(core::SchemaVisitor& visit) {
   // A list of keys without a config has none.
   if (!format.empty()) exporter_.describe(visit, exporters(), "export format", format);
   visit.key(
-      "clouds", clouds_,
+      "clouds", scan_forms_.clouds,
       "Also write clouds of lidars as other programs read them: las (LAS 1.4, a map of UTM), pcd "
       "and ply (a file a frame, in the poses' frame). They stand beside the scans.",
       core::one_of(cloud_forms()));
-  if (!exporter_.is_made() || exporter_->clouds == clouds_) return;
-  std::unique_ptr<Exporter> with_clouds = exporter_->clone();
-  with_clouds->clouds = clouds_;
-  exporter_.set(format, std::move(with_clouds));
+  visit.key(
+      "events", scan_forms_.events,
+      "Also write events of event cameras as other programs read them: dsec (HDF5 as DSEC has "
+      "it). They stand beside the scans.",
+      core::one_of(event_forms()));
+  if (!exporter_.is_made() || exporter_->scan_forms == scan_forms_) return;
+  std::unique_ptr<Exporter> with_forms = exporter_->clone();
+  with_forms->scan_forms = scan_forms_;
+  exporter_.set(format, std::move(with_forms));
 }
 
 }  // namespace terracast::exporters

@@ -178,7 +178,7 @@ class KittiExporter final : public Exporter {
     writer.write(path + "/times.txt", times);
     writer.write(path + "/calib.txt",
                  calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     std::vector<DisparityCount> counts(static_cast<std::size_t>(num_frames));

@@ -227,7 +227,7 @@ class KittiObjectExporter final : public Exporter {
     const std::vector<ExportedCamera> exported = {{"image_2", camera}};
     const LocalFrame local = local_frame(sequence);
     const std::string path = "sequences/" + name;
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
     const capture::ObjectLabels labels = capture::ObjectLabels::open(sequence);
     const geo::WorldFrame world(sequence.info().origin);
 

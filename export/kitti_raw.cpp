@@ -233,7 +233,7 @@ class KittiRawExporter final : public Exporter {
     write_times("oxts", [](const capture::FrameRecord& record) { return record.time_s; });
     writer.write(path + "/oxts/dataformat.txt", oxts_format());
     writer.write(path + "/poses.txt", relative_poses(sequence, local, left));
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);

@@ -146,7 +146,7 @@ class McapExporter final : public Exporter {
           plan.left_out.size(), info.name, fmt::join(plan.left_out, ", "));
     const std::vector<ExportedCamera> cameras = cameras_taken(*this, info.cameras);
     write_bag(sequence, plan, local, writer, context);
-    write_additions(writer, path, sequence, cameras, clouds);
+    write_additions(writer, path, sequence, cameras, scan_forms);
     core::Json entry = describe_sequence(sequence, local, info.name, path, cameras, calibration_);
     if (!plan.left_out.empty()) entry.set("left_out", core::Json::array_of(plan.left_out));
     return entry;

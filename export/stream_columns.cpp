@@ -26,8 +26,11 @@ std::vector<std::size_t> StreamColumns::of_axes(const std::string& start, std::s
   return columns;
 }
 
-double number_of_settings(const capture::StreamInfo& stream, std::string_view section,
-                          std::string_view key) {
+namespace {
+
+/// What stands behind "key = " in a section of the settings.
+std::string value_of_settings(const capture::StreamInfo& stream, std::string_view section,
+                              std::string_view key) {
   const std::string& toml = stream.settings_toml;
   std::string_view here;
   for (std::size_t at = 0; at < toml.size();) {
@@ -37,12 +40,24 @@ double number_of_settings(const capture::StreamInfo& stream, std::string_view se
     if (line.starts_with("[")) here = line.substr(1, line.find(']') - 1);
     const std::size_t equals = line.find(" = ");
     if (equals != std::string_view::npos && here == section && line.substr(0, equals) == key)
-      return std::strtod(std::string(line.substr(equals + 3)).c_str(), nullptr);
+      return std::string(line.substr(equals + 3));
   }
   core::fail(core::ErrorKind::Input,
              "the settings of sensor {}/{} ({}) have no key {}{}{}: an earlier version captured "
              "it; capture it again",
              stream.rig, stream.name, stream.kind, section, section.empty() ? "" : ".", key);
+}
+
+}  // namespace
+
+double number_of_settings(const capture::StreamInfo& stream, std::string_view section,
+                          std::string_view key) {
+  return std::strtod(value_of_settings(stream, section, key).c_str(), nullptr);
+}
+
+std::string text_of_settings(const capture::StreamInfo& stream, std::string_view key) {
+  const std::string quoted = value_of_settings(stream, "", key);
+  return quoted.size() < 2 ? "" : quoted.substr(1, quoted.size() - 2);
 }
 
 }  // namespace terracast::exporters

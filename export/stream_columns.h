@@ -30,4 +30,8 @@ class StreamColumns {
 double number_of_settings(const capture::StreamInfo& stream, std::string_view section,
                           std::string_view key);
 
+/// A name among them, which stands at the top: of letters, digits, _ and -, or empty.
+/// throws    as number_of_settings()
+std::string text_of_settings(const capture::StreamInfo& stream, std::string_view key);
+
 }  // namespace terracast::exporters

@@ -126,7 +126,7 @@ class TartanAirV1Exporter final : public Exporter {
     for (const ExportedCamera& each : exported)
       writer.write(fmt::format("{}/pose_{}.txt", path, each.name),
                    ned_poses(sequence, local, each.camera_index));
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);

@@ -276,7 +276,7 @@ class TerracastExporter final : public Exporter {
     const LocalFrame local = local_frame(sequence);
     write_cameras(sequence, exported, path, writer);
     writer.write(path + "/poses.csv", poses_csv(sequence, exported, local));
-    write_additions(writer, path, sequence, exported, clouds);
+    write_additions(writer, path, sequence, exported, scan_forms);
 
     std::vector<std::unique_ptr<geo::CameraModel>> models;
     for (const ExportedCamera& camera : exported)

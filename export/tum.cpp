@@ -243,7 +243,7 @@ class TumExporter final : public Exporter {
     }
     write_trajectories(flight, writer);
     for (const ExportedCamera& camera : flight.cameras) write_lists(flight, camera, writer);
-    write_additions(writer, flight.path, sequence, flight.cameras, clouds);
+    write_additions(writer, flight.path, sequence, flight.cameras, scan_forms);
     count += write_images(flight, writer, context);
     return describe_sequence(sequence, flight.local, flight.path, flight.path, flight.cameras,
                              StatedCalibration());

@@ -113,9 +113,9 @@ void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
   const std::vector<rigs::RigOptions> rigs = carried_rigs(job.config.rigs, options);
   plan.cameras = job.cameras.of(options);
   plan.imaging = rigs::imaging_of_cameras(rigs);
-  plan.sensors = rigs::mount_sensors(rigs);
   rigs::TrueRigs drawn = rigs::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
   plan.clocks = std::move(drawn.clocks);
+  plan.sensors = rigs::mount_sensors(rigs, drawn.cameras);
   if (drawn.cameras == plan.cameras) return;
   plan.believed_cameras = std::move(plan.cameras);
   plan.cameras = std::move(drawn.cameras);

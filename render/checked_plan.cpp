@@ -52,7 +52,7 @@ capture::ShownGeometry geometry_of(const SequencePlan& plan, const world::TileSt
   return geometry;
 }
 
-/// throws   Config: more points a frame than fit
+/// throws   Config: more points a frame than fit, or more rays than anybody waits for
 void check_scans(const SequencePlan& plan) {
   for (const sensors::MountedSensor& sensor : plan.sensors) {
     const auto* const scanner = dynamic_cast<const sensors::Scanner*>(&*sensor.sensor);
@@ -64,6 +64,13 @@ void check_scans(const SequencePlan& plan) {
                  "and {:.3g} fit; take a higher rate_hz of the trajectory",
                  plan.name, sensor.info.rig, sensor.info.name, rows, 1.0 / plan.rate_hz,
                  sensors::Scanner::kMostRows);
+    const double rays =
+        sensor.least_rays_per_s() * static_cast<double>(plan.states.size()) / plan.rate_hz;
+    if (!(rays <= sensors::Scanner::kMostRays))
+      core::fail(core::ErrorKind::Config,
+                 "sequence {}: {}/{} casts {:.2g} rays at least, and {:.0e} are the most; take "
+                 "fewer pixels or samples, a lower rate_hz or fewer frames",
+                 plan.name, sensor.info.rig, sensor.info.name, rays, sensors::Scanner::kMostRays);
   }
 }
 

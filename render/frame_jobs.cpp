@@ -81,14 +81,16 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera, const c
                   plan_.cameras[static_cast<std::size_t>(camera)].name));
 }
 
-std::vector<capture::FrameFile> SequenceWork::measure(int frame, const capture::Sink& sink,
-                                                      world::RayTrail& trail) const {
+std::vector<capture::FrameFile> SequenceWork::measure(
+    int frame, const capture::Sink& sink, world::RayTrail& trail,
+    std::vector<std::unique_ptr<sensors::ScanMemory>>& memories) const {
   std::vector<capture::FrameFile> files;
   for (const sensors::MountedSensor& sensor : plan_.sensors) {
     const capture::TickRange ticks = capture::ticks_of_frame(
         sensor.info.rate_hz, plan_.rate_hz, frame, static_cast<int>(plan_.states.size()));
-    const capture::Samples samples = sensor.measure(
-        renderer_.scene(), plan_.motion, static_cast<std::uint64_t>(plan_.seed), ticks, &trail);
+    const capture::Samples samples =
+        sensor.measure(renderer_.scene(), plan_.motion, static_cast<std::uint64_t>(plan_.seed),
+                       ticks, &trail, &memories[files.size()]);
     files.push_back(sink.write_samples(frame, static_cast<int>(files.size()), samples));
   }
   return files;
@@ -246,6 +248,7 @@ void SequenceWork::render(const std::vector<int>& frames, const capture::Sink& s
     return frames[static_cast<std::size_t>(i / num_cameras)];
   };
   capture::FrameRecord record;
+  std::vector<std::unique_ptr<sensors::ScanMemory>> memories(plan_.sensors.size());
   world::RayTrail frame_trail(query_.cut().size());
   core::parallel_in_order(
       static_cast<std::int64_t>(frames.size()) * num_cameras, kImagesInFlight,
@@ -264,7 +267,7 @@ void SequenceWork::render(const std::vector<int>& frames, const capture::Sink& s
         record.cameras.push_back(std::move(slot(i).record));
         frame_trail.add(slot(i).trail);
         if (i % num_cameras != num_cameras - 1) return;
-        record.streams = measure(record.index, sink, frame_trail);
+        record.streams = measure(record.index, sink, frame_trail, memories);
         set_seen_tiles(frame_trail, tiles_, record);
         record.key = keys_.key(record.index, record.touched_tiles);
         sink.finish_frame(record);

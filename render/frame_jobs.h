@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "capture/frame_writer.h"
@@ -46,8 +47,10 @@ class SequenceWork {
   capture::CameraRecord render_camera(int frame, int camera, const capture::Sink& sink,
                                       world::RayTrail& trail) const;
   /// Measures with all sensors beside cameras from the frame's time to before the next one's.
-  std::vector<capture::FrameFile> measure(int frame, const capture::Sink& sink,
-                                          world::RayTrail& trail) const;
+  /// memories   one a sensor
+  std::vector<capture::FrameFile> measure(
+      int frame, const capture::Sink& sink, world::RayTrail& trail,
+      std::vector<std::unique_ptr<sensors::ScanMemory>>& memories) const;
   std::vector<std::int64_t> find_visible_tracks(int frame, int camera) const;
   capture::LabelBounds bounds(int frame, int camera, const sensors::TruthFrame& truth) const;
   capture::FrameRecord start_record(int frame) const;

@@ -45,6 +45,18 @@ void log_tiles(const SequencePlan& plan, const world::RayQueryStats& stats, std:
       static_cast<double>(stats.num_tiles_unpacked) / static_cast<double>(num_frames));
 }
 
+/// Logs what scanners cast that cast much.
+void log_scans(const SequencePlan& plan, const core::Log& log) {
+  constexpr double kMany = 1e9;
+  for (const sensors::MountedSensor& sensor : plan.sensors) {
+    const double rays =
+        sensor.least_rays_per_s() * static_cast<double>(plan.states.size()) / plan.rate_hz;
+    if (rays >= kMany)
+      log.warn("sequence {}: {}/{} casts {:.2g} rays with light at least, which takes hours",
+               plan.name, sensor.info.rig, sensor.info.name, rays);
+  }
+}
+
 }  // namespace
 
 RenderedFrames run_render_stage(const world::TileStore& store, const SequencePlan& plan,
@@ -96,6 +108,7 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
   context.log.info("sequence {}: {} frames of {} cameras to render, {} are there; {} tiles, {}",
                    plan.name, frames.size(), plan.cameras.size(), num_skipped, query.cut().size(),
                    query.profile());
+  if (!frames.empty()) log_scans(plan, context.log);
   const SequenceWork work(plan, store, query, renderer, tracks);
   RenderedFrames done;
   {

@@ -190,6 +190,32 @@ void check_shutter_and_lens(const geo::CameraModel& model, const CameraOptions& 
          camera.name, camera.line_time_us);
 }
 
+/// Gives a sensor the camera that it names, and that one's place.
+void look_through_camera(const std::vector<capture::CameraCalibration>& cameras,
+                         sensors::MountedSensor& mounted) {
+  const std::string name = mounted.sensor->camera();
+  if (name.empty()) return;
+  capture::StreamInfo& info = mounted.info;
+  const auto camera = std::find_if(cameras.begin(), cameras.end(), [&](const auto& one) {
+    return one.rig == info.rig && one.name == name;
+  });
+  if (camera == cameras.end())
+    fail(ErrorKind::Config, "rig {}: sensor {} looks through camera = \"{}\", which the rig lacks",
+         info.rig, info.name, core::printable(name));
+  if (!geo::make_camera(camera->intrinsics)->is_central())
+    fail(ErrorKind::Config,
+         "rig {}: sensor {} looks through camera {} of the model {}, whose rays start at many "
+         "places; give it one with one centre of projection",
+         info.rig, info.name, name, camera->intrinsics.model);
+  mounted.camera = *camera;
+  info.body_from_rig = camera->body_from_rig;
+  info.rig_from_sensor = {
+      .rotation = Eigen::Quaterniond(camera->rig_from_camera.rotation.toRotationMatrix() *
+                                     geo::rig_from_forward_camera().transpose())
+                      .normalized(),
+      .translation = camera->rig_from_camera.translation};
+}
+
 }  // namespace
 
 void CameraOptions::describe(core::SchemaVisitor& visit) {
@@ -461,6 +487,11 @@ geo::Rigid3d RigOptions::body_from_rig() const {
 }
 
 std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>& rigs) {
+  return mount_sensors(rigs, build_cameras(rigs));
+}
+
+std::vector<sensors::MountedSensor> mount_sensors(
+    const std::vector<RigOptions>& rigs, const std::vector<capture::CameraCalibration>& cameras) {
   std::vector<sensors::MountedSensor> mounted;
   for (const RigOptions& rig : rigs) {
     std::set<std::string> names;
@@ -490,6 +521,7 @@ std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>&
                     .settings_toml = options.sensor.settings_toml(),
                     .is_scan = dynamic_cast<const sensors::Scanner*>(&*options.sensor) != nullptr},
            .sensor = options.sensor});
+      look_through_camera(cameras, mounted.back());
     }
   }
   return mounted;

@@ -95,8 +95,13 @@ std::vector<sensors::ImagingOptions> imaging_of_cameras(const std::vector<RigOpt
 /// that contradict
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs);
 
-/// The rigs' sensors beside cameras, in file order.
-/// throws Config: two of a rig with one name, or that of a camera
+/// The rigs' sensors beside cameras, in file order. Those that look through a camera do so through the one that is given.
+/// cameras   of the rigs, as they are
+/// throws Config: two of a rig with one name, or that of a camera; a camera that a rig does not have, or through which a
+///        sensor cannot look
+std::vector<sensors::MountedSensor> mount_sensors(
+    const std::vector<RigOptions>& rigs, const std::vector<capture::CameraCalibration>& cameras);
+/// Through the cameras as the rigs have them.
 std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>& rigs);
 
 }  // namespace terracast::rigs

@@ -3,11 +3,13 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "capture/frame.h"
 #include "capture/stream.h"
 #include "core/choice.h"
 #include "core/schema.h"
@@ -27,6 +29,12 @@ struct PointMotion {
 /// arm_body   from the body's reference point to it
 PointMotion point_motion(const geo::MotionState& body, const Eigen::Vector3d& arm_body);
 
+/// What a scanner whose scans depend on those before them keeps between two of them.
+class ScanMemory {
+ public:
+  virtual ~ScanMemory() = default;
+};
+
 /// A sensor's place in a scene, and its motion: everything that it may ask.
 struct SensorSite {
   const scene::Scene& scene;
@@ -35,6 +43,10 @@ struct SensorSite {
   double rate_hz;                 ///< of its samples, of which tick k is at k / rate_hz
   std::uint64_t stream_seed;      ///< of its random numbers: no other sensor's of any sequence
   world::RayTrail* trail;         ///< takes the tiles that its rays visit; null: not recorded
+  /// The camera of its rig that Sensor::camera() names; null: it names none.
+  const capture::CameraCalibration* camera = nullptr;
+  /// Of a run that makes scans in turn: what the ones before left. It saves work and changes no byte. Null: nothing is kept.
+  std::unique_ptr<ScanMemory>* memory = nullptr;
 
   geo::Rigid3d world_from_sensor(double time_s) const {
     return body.at(time_s).world_from_body * body_from_sensor;
@@ -65,6 +77,9 @@ class Sensor {
   /// throws   Config: it cannot, and why
   virtual void check_times(double /*from_unix_s*/, double /*to_unix_s*/) const {}
 
+  /// The camera of its rig through which it looks, whose place is then its own; empty: it has a place of its own.
+  virtual std::string camera() const { return {}; }
+
   virtual std::vector<capture::StreamChannel> channels() const = 0;
   /// values   as many rows as times, of a value a channel
   virtual void measure(const SensorSite& site, std::span<const double> times_s,
@@ -82,8 +97,16 @@ class Scanner : public Sensor {
   /// throws   Internal: scanners have no samples
   void measure(const SensorSite& site, std::span<const double> times_s,
                std::span<double> values) const final;
-  /// At most.
+  /// At most; 0: not known before, and scan() fails with Config where there are more than kMostRows.
   virtual double rows_per_s(double rate_hz) const = 0;
+  /// Rays that a second of scans casts at least, where they are so many that it is announced; else 0.
+  /// camera   as SensorSite::camera
+  virtual double least_rays_per_s(double /*rate_hz*/,
+                                  const capture::CameraCalibration* /*camera*/) const {
+    return 0.0;
+  }
+  /// No sequence's scans cast more.
+  static constexpr double kMostRays = 1e12;
   /// returns   rows of the ticks' scans, in the order of their times
   virtual capture::Samples scan(const SensorSite& site, const capture::TickRange& ticks) const = 0;
 };
@@ -113,10 +136,15 @@ struct SensorOptions {
 struct MountedSensor {
   capture::StreamInfo info;
   core::Choice<SensorInfo> sensor;
+  std::optional<capture::CameraCalibration> camera = {};  ///< as SensorSite::camera
 
+  /// memory   as SensorSite::memory
   capture::Samples measure(const scene::Scene& scene, const geo::BodyMotion& body,
                            std::uint64_t sequence_seed, const capture::TickRange& ticks,
-                           world::RayTrail* trail) const;
+                           world::RayTrail* trail,
+                           std::unique_ptr<ScanMemory>* memory = nullptr) const;
+  /// Scanner::least_rays_per_s(); of what is no scanner 0.
+  double least_rays_per_s() const;
 };
 
 }  // namespace terracast::sensors

@@ -13,6 +13,7 @@
 #define TERRACAST_SENSORS(X) \
   X(airspeed)                \
   X(barometer)               \
+  X(events)                  \
   X(gnss)                    \
   X(gnss_observations)       \
   X(imu)                     \
@@ -73,6 +74,11 @@ void SensorOptions::validate() const {
       if (!std::isfinite(number))
         fail(ErrorKind::Config, "sensor {}: {} is not a finite number", name, number);
   sensor.validate();
+  if (!sensor->camera().empty() && !(offset_mm.empty() && euler_deg.empty()))
+    fail(ErrorKind::Config,
+         "sensor {}: offset_mm or euler_deg beside camera = \"{}\", whose place it has; leave them "
+         "out",
+         name, sensor->camera());
   const auto* const scanner = dynamic_cast<const Scanner*>(&*sensor);
   if (scanner == nullptr) return;
   const double rows = scanner->rows_per_s(rate_hz) / rate_hz;
@@ -83,10 +89,16 @@ void SensorOptions::validate() const {
          name, rows, Scanner::kMostRows, rate_hz);
 }
 
+double MountedSensor::least_rays_per_s() const {
+  const auto* const scanner = dynamic_cast<const Scanner*>(&*sensor);
+  if (scanner == nullptr) return 0.0;
+  return scanner->least_rays_per_s(info.rate_hz, camera ? &*camera : nullptr);
+}
+
 capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::BodyMotion& body,
                                         std::uint64_t sequence_seed,
-                                        const capture::TickRange& ticks,
-                                        world::RayTrail* trail) const {
+                                        const capture::TickRange& ticks, world::RayTrail* trail,
+                                        std::unique_ptr<ScanMemory>* memory) const {
   capture::Samples samples;
   const std::string names = info.rig + "/" + info.name;
   const SensorSite site{
@@ -95,7 +107,9 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
       .body_from_sensor = info.body_from_sensor(),
       .rate_hz = info.rate_hz,
       .stream_seed = sequence_seed ^ core::content_hash64(std::as_bytes(std::span(names))),
-      .trail = trail};
+      .trail = trail,
+      .camera = camera ? &*camera : nullptr,
+      .memory = memory};
   core::with_context(
       [&] {
         if (const auto* const scanner = dynamic_cast<const Scanner*>(&*sensor)) {

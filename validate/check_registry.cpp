@@ -16,6 +16,7 @@
   X(colors, "colours of single images: missing levels, marks of JPEG")                             \
   X(depth, "depths of single images: how many different ones, and whether they end at one")        \
   X(depth_unit, "whether frames that share no place by their depth do so by another unit of it")   \
+  X(events, "rows of event cameras by the sensor's own rules, and sums of events against images")  \
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(georegistration, "places of COLMAP's georegistration.txt against georeference.csv")            \

@@ -20,6 +20,7 @@ LawGround ground() {
 
 /// Keys of kinds that have some without a default.
 std::string keys_of(std::string_view kind) {
+  if (kind == "events") return "width_px = 24\nheight_px = 16\nfx_px = 30.0\n";
   if (kind == "kitti_object") return "camera = \"left\"\n";
   if (kind == "kitti" || kind == "kitti_raw")
     return "rig = \"pair\"\nleft = \"left\"\nright = \"right\"\n";
@@ -37,7 +38,9 @@ TEST(OwnLaws, SensorsKeepTheirs) {
     for (const sensors::SensorInfo& info : sensors::sensors()) {
       SCOPED_TRACE(info.name);
       SensorChoice sensor;
-      core::TomlDocument::parse(fmt::format("kind = \"{}\"", info.name), "test").read(sensor);
+      core::TomlDocument::parse(fmt::format("kind = \"{}\"\n{}", info.name, keys_of(info.name)),
+                                "test")
+          .read(sensor);
       LawReport report;
       plugins::try_sensor(sensor, scene, report);
       EXPECT_EQ(report.text(), "");

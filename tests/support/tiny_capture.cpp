@@ -289,7 +289,40 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
                              .translation = {0.1, -0.2, 0.3}},
          .body_from_rig = {},
          .settings_toml = "least_range_m = 0.0\nmost_range_m = 2000.0\n"});
+  for (const char* name : {"dvs", "own"}) {
+    if (!options.has_events) break;
+    info.streams.push_back(
+        {.rig = "mcs4",
+         .name = name,
+         .kind = "events",
+         .rate_hz = 40.0,
+         .channels = {{.name = "x_px", .unit = "px", .type = capture::NumberType::Count16},
+                      {.name = "y_px", .unit = "px", .type = capture::NumberType::Count16},
+                      {.name = "polarity", .unit = "", .type = capture::NumberType::Count8},
+                      {.name = "is_noise", .unit = "", .type = capture::NumberType::Count8},
+                      {.name = "contrast", .unit = "", .type = capture::NumberType::Float32}},
+         .rig_from_sensor = {},
+         .body_from_rig = {},
+         .settings_toml = std::string(name) == "dvs"
+                              ? "camera = \"cam0\"\nwidth_px = 0\nheight_px = 0\nfx_px = 0.0\n"
+                              : "camera = \"\"\nwidth_px = 20\nheight_px = 10\nfx_px = 30.0\n",
+         .is_scan = true});
+  }
   return info;
+}
+
+capture::Samples tiny_events(const capture::TickRange& ticks, double rate_hz) {
+  capture::Samples events;
+  for (std::int64_t tick = ticks.first; tick < ticks.end; ++tick)
+    for (int i = 0; i < 300; ++i) {
+      // 81 us apart, each third at the time of the one before.
+      const std::int64_t ns =
+          std::llround(1e9 * static_cast<double>(tick) / rate_hz) + 81'237 * (i - i % 3) + 5;
+      events.times_s.push_back(static_cast<double>(ns) / 1e9);
+      for (const int value : {(7 * i) % 20, (3 * i) % 10, i % 2, 0}) events.values.push_back(value);
+      events.values.push_back(0.25);
+    }
+  return events;
 }
 
 double tiny_stamp_s(int camera_index, double time_s) {
@@ -410,7 +443,9 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
       const capture::TickRange ticks =
           capture::ticks_of_frame(rate_hz, info.rate_hz, frame, info.num_frames);
       record.streams.push_back(writer.write_samples(
-          frame, static_cast<int>(k), tiny_samples(capture::times_of(ticks, rate_hz))));
+          frame, static_cast<int>(k),
+          info.streams[k].kind == "events" ? tiny_events(ticks, rate_hz)
+                                           : tiny_samples(capture::times_of(ticks, rate_hz))));
     }
     record.key = fmt::format("{:032x}", frame + 1);
     record.touched_tiles = {0};

@@ -66,7 +66,9 @@ struct TinyCaptureOptions {
   std::string utc_start = "2024-06-21T10:00:00Z";
   bool has_camera_errors = false;  ///< cameras are another than is believed, each by its own error
   bool has_clock_errors = false;
-  bool has_sensor = false;   ///< a stream mcs4/laser of two channels, 25 samples a second
+  bool has_sensor = false;  ///< a stream mcs4/laser of two channels, 25 samples a second
+  bool has_events =
+      false;  ///< scans mcs4/dvs through the camera mcs4/cam0, and mcs4/own of a lens of its own
   bool has_imaging = false;  ///< the first camera is exposed for a while, the second has settings
 };
 
@@ -80,6 +82,9 @@ capture::CameraCalibration tiny_camera(const std::string& rig, const std::string
 Eigen::Vector3d tiny_face_turn(const std::string& face);
 
 capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options = {});
+
+/// Events that mean nothing: some hundreds a tick, several at one time, at whole nanoseconds.
+capture::Samples tiny_events(const capture::TickRange& ticks, double rate_hz);
 
 /// A climb on a straight line, turning to the left and banking on the way.
 inline constexpr double kTinyYawStep_rad = 0.05;

@@ -104,35 +104,33 @@ const std::map<std::string, std::vector<ChannelName>>& channels_of_kinds() {
   return kChannels;
 }
 
-/// A column that scans of a kind have.
+/// A column of a scanner.
 struct ScanColumn {
   std::string_view name;
   std::string_view type;  ///< kind and bytes of its numbers
 };
 /// In order, after the time.
 constexpr std::array<ScanColumn, 21> kLidarColumns = {{{"x_m", "f8"},
-                                                        {"y_m", "f8"},
-                                                        {"z_m", "f8"},
-                                                        {"range_m", "f8"},
-                                                        {"true_range_m", "f8"},
-                                                        {"spread_m", "f4"},
-                                                        {"power_per_m2", "f4"},
-                                                        {"reflectance", "f4"},
-                                                        {"incidence_rad", "f4"},
-                                                        {"ring", "u2"},
-                                                        {"pulse", "u4"},
-                                                        {"return_number", "u1"},
-                                                        {"num_returns", "u1"},
-                                                        {"class_id", "u1"},
-                                                        {"instance_id", "u4"},
-                                                        {"local_x_m", "f8"},
-                                                        {"local_y_m", "f8"},
-                                                        {"local_z_m", "f8"},
-                                                        {"local_origin_x_m", "f8"},
-                                                        {"local_origin_y_m", "f8"},
-                                                        {"local_origin_z_m", "f8"}}};
-
-/// The same of receivers of satellites' signals.
+                                                       {"y_m", "f8"},
+                                                       {"z_m", "f8"},
+                                                       {"range_m", "f8"},
+                                                       {"true_range_m", "f8"},
+                                                       {"spread_m", "f4"},
+                                                       {"power_per_m2", "f4"},
+                                                       {"reflectance", "f4"},
+                                                       {"incidence_rad", "f4"},
+                                                       {"ring", "u2"},
+                                                       {"pulse", "u4"},
+                                                       {"return_number", "u1"},
+                                                       {"num_returns", "u1"},
+                                                       {"class_id", "u1"},
+                                                       {"instance_id", "u4"},
+                                                       {"local_x_m", "f8"},
+                                                       {"local_y_m", "f8"},
+                                                       {"local_z_m", "f8"},
+                                                       {"local_origin_x_m", "f8"},
+                                                       {"local_origin_y_m", "f8"},
+                                                       {"local_origin_z_m", "f8"}}};
 constexpr std::array<ScanColumn, 23> kGnssColumns = {{{"prn", "u1"},
                                                       {"azimuth_deg", "f8"},
                                                       {"elevation_deg", "f8"},
@@ -156,23 +154,28 @@ constexpr std::array<ScanColumn, 23> kGnssColumns = {{{"prn", "u1"},
                                                       {"vdop", "f4"},
                                                       {"pdop", "f4"},
                                                       {"tdop", "f4"}}};
+constexpr std::array<ScanColumn, 5> kEventColumns = {
+    {{"x_px", "u2"}, {"y_px", "u2"}, {"polarity", "u1"}, {"is_noise", "u1"}, {"contrast", "f4"}}};
 
-/// The columns of a kind that scans; none of other kinds.
-std::span<const ScanColumn> scan_columns(std::string_view kind) {
+/// The columns of a kind's scans; empty: it is no scanner, or a plug-in's.
+std::span<const ScanColumn> columns_of_scanner(std::string_view kind) {
   if (kind == "lidar") return kLidarColumns;
+  if (kind == "events") return kEventColumns;
   if (kind == "gnss_observations") return kGnssColumns;
   return {};
 }
 
-void check_scan_channels(const std::string& kind, const Json& channels, const std::string& where) {
-  const std::span<const ScanColumn> right = scan_columns(kind);
-  for (std::size_t i = 0; i < right.size(); ++i)
-    if (channels.size() != right.size() || channels.at(i).at("name").string() != right[i].name)
-      fail(ErrorKind::Input, "{}: channel {} of a {} is {}", where, i, kind, right[i].name);
+void check_channels_of_scanner(const std::string& kind, const Json& channels,
+                               const std::string& where) {
+  const std::span<const ScanColumn> columns = columns_of_scanner(kind);
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (channels.size() != columns.size() || channels.at(i).at("name").string() != columns[i].name)
+      fail(ErrorKind::Input, "{}: channel {} of a sensor of the kind {} is {}", where, i, kind,
+           columns[i].name);
 }
 
 void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
-  if (!scan_columns(kind).empty()) return check_scan_channels(kind, channels, where);
+  if (!columns_of_scanner(kind).empty()) return check_channels_of_scanner(kind, channels, where);
   const auto known = channels_of_kinds().find(kind);
   if (known == channels_of_kinds().end()) return;
   const std::vector<ChannelName>& right = known->second;
@@ -274,7 +277,8 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   sensor.kind = json.at("kind").string();
   const std::string where = fmt::format("{}: {}", path, core::first_letters(sensor.name, 60));
   // Those of plug-ins have a dot.
-  if (!channels_of_kinds().contains(sensor.kind) && scan_columns(sensor.kind).empty() &&
+  const bool is_scanner = !columns_of_scanner(sensor.kind).empty();
+  if (!channels_of_kinds().contains(sensor.kind) && !is_scanner &&
       sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: no sensor is of the kind {}", where,
          core::first_letters(sensor.kind, 60));
@@ -283,10 +287,9 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   if (file != fmt::format("sensors/{}/{}{}", sensor.rig, sensor.name, sensor.is_scan ? "" : ".csv"))
     fail(ErrorKind::Input, "{}: its file is {}; sensors/RIG/NAME{} is right", where,
          core::first_letters(file, 100), sensor.is_scan ? "" : ".csv");
-  if (scan_columns(sensor.kind).empty() == sensor.is_scan &&
-      sensor.kind.find('.') == std::string::npos)
+  if (is_scanner != sensor.is_scan && sensor.kind.find('.') == std::string::npos)
     fail(ErrorKind::Input, "{}: a {} has {}", where, sensor.kind,
-         sensor.is_scan ? "a file" : "a folder of scans");
+         is_scanner ? "a folder of scans" : "a file");
   sensor.file = sequence.path + "/" + file;
   if (!sensor.is_scan && !dataset.files.contains(sensor.file))
     fail(ErrorKind::Input, "{}: {} is not in dataset.json", where, sensor.file);
@@ -327,6 +330,29 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
 
 }  // namespace
 
+EventSettings event_settings(const SensorRecord& sensor) {
+  const auto number = [&](const char* key) {
+    return setting_of(sensor.settings_toml, key, sensor.file);
+  };
+  const auto size_px = [&](const char* key) {
+    constexpr double kMost = 16384.0;
+    const double size = number(key);
+    if (!(size >= 0.0 && size <= kMost && size == std::floor(size)))
+      fail(ErrorKind::Input, "{}: {} of settings_toml is {}, no size", sensor.file, key, size);
+    return static_cast<int>(size);
+  };
+  const std::string camera = words_of(sensor.settings_toml, "camera", sensor.file);
+  if (camera.size() < 2 || camera.front() != '"' || camera.back() != '"')
+    fail(ErrorKind::Input, "{}: camera of settings_toml is no text", sensor.file);
+  return {.camera = camera.substr(1, camera.size() - 2),
+          .width_px = size_px("width_px"),
+          .height_px = size_px("height_px"),
+          .contrast_on = number("contrast_on"),
+          .contrast_off = number("contrast_off"),
+          .contrast_sd = number("contrast_sd"),
+          .refractory_us = number("refractory_us")};
+}
+
 NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame) {
   const std::string path = fmt::format("{}/{:06}.npy", scanner.file, frame);
   if (!dataset.files.contains(path))
@@ -338,15 +364,14 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
     are_same = table.columns[k + 1].name == scanner.channels[k];
   if (!are_same)
     fail(ErrorKind::Input, "{}: other columns than time_s and those of sensors.json", path);
-  const std::span<const ScanColumn> columns = scan_columns(scanner.kind);
-  if (!columns.empty())
-    for (std::size_t k = 0; k <= columns.size(); ++k) {
-      const std::string_view right = k == 0 ? "f8" : columns[k - 1].type;
-      const NpyTable::Column& column = table.columns[k];
-      if (column.kind != right[0] || column.item_size != static_cast<std::size_t>(right[1] - '0'))
-        fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,
-             column.kind, column.item_size, right);
-    }
+  const std::span<const ScanColumn> columns = columns_of_scanner(scanner.kind);
+  for (std::size_t k = 0; !columns.empty() && k <= columns.size(); ++k) {
+    const std::string_view right = k == 0 ? "f8" : columns[k - 1].type;
+    const NpyTable::Column& column = table.columns[k];
+    if (column.kind != right[0] || column.item_size != static_cast<std::size_t>(right[1] - '0'))
+      fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,
+           column.kind, column.item_size, right);
+  }
   return table;
 }
 

@@ -54,6 +54,16 @@ struct SensorRecord {
   std::optional<ImuState> imu_state(std::size_t sample) const;
 };
 
+/// Settings of an event camera.
+struct EventSettings {
+  std::string camera;  ///< through whose lens it looks; empty: its own, of so many pixels
+  int width_px = 0, height_px = 0;
+  double contrast_on = 0.0, contrast_off = 0.0, contrast_sd = 0.0;
+  double refractory_us = 0.0;
+};
+/// throws   Input: they are missing, or no numbers
+EventSettings event_settings(const SensorRecord& sensor);
+
 /// The scans of a scanner that begin from a frame's time to before the next one's.
 /// throws   Input: other columns than sensors.json says; as parse_npy_table(); Io
 NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame);
