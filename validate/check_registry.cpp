@@ -22,6 +22,8 @@
   X(inertial, "truth of IMUs, integrated from frame to frame, against the poses")                  \
   X(lidar,                                                                                         \
     "points of scanners: order, places by the poses between frames, against the world's tiles")    \
+  X(lidar_files,                                                                                   \
+    "a lidar's points and labels in the format's own files against its scans, poses and depth")    \
   X(motion, "velocity, acceleration and turn of motion.csv against the body's poses")              \
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \
