@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <mutex>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/semantic_class.h"
+#include "export/utc_stamps.h"
 
 namespace terracast::exporters {
 namespace {
@@ -257,6 +259,37 @@ core::Json write_odometry_scans(const FrameScans& scans, const std::string& path
   core::Json lidar = describe_lidar(scans, labels.num_points());
   lidar.set("num_points_without_label", labels.unlabeled());
   return lidar;
+}
+
+core::Json write_raw_scans(const FrameScans& scans, const std::string& path,
+                           DatasetWriter& writer) {
+  const capture::SequenceInfo& info = scans.sequence().info();
+  const std::string folder = path + "/velodyne_points";
+  std::atomic<std::int64_t> num_points = 0;
+  core::parallel_for(info.num_frames, [&](std::int64_t i) {
+    const auto frame = static_cast<int>(i);
+    const std::vector<CloudPoint> points = scans.points(frame);
+    num_points += static_cast<std::int64_t>(points.size());
+    writer.write_kept(fmt::format("{}/data/{:010}.bin", folder, frame), [&] {
+      std::vector<Eigen::Vector3d> places;
+      places.reserve(points.size());
+      for (const CloudPoint& point : points) places.push_back(point.in_sensor);
+      return velodyne_bytes(places, points);
+    });
+  });
+  std::string begins, middles, ends;
+  for (const capture::FrameRecord& record : scans.sequence().frames()) {
+    const auto line = [&](double time_s) {
+      return utc_with_nanoseconds(info.utc_start, time_s) + "\n";
+    };
+    begins += line(scans.begin_s(record.index));
+    middles += line(record.time_s);
+    ends += line(scans.end_s(record.index));
+  }
+  writer.write(folder + "/timestamps_start.txt", begins);
+  writer.write(folder + "/timestamps.txt", middles);
+  writer.write(folder + "/timestamps_end.txt", ends);
+  return describe_lidar(scans, num_points);
 }
 
 }  // namespace terracast::exporters

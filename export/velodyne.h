@@ -62,4 +62,9 @@ class SemanticKittiLabels {
 core::Json write_odometry_scans(const FrameScans& scans, const std::string& path,
                                 DatasetWriter& writer, const core::Context& context);
 
+/// Writes velodyne_points/ of a drive of KITTI raw: points along the sensor's axes as they were at their pulses' times; first,
+/// middle (the frame's time) and last of each scan.
+/// returns   the sequence's "lidar" in dataset.json
+core::Json write_raw_scans(const FrameScans& scans, const std::string& path, DatasetWriter& writer);
+
 }  // namespace terracast::exporters

@@ -19,6 +19,7 @@
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(georegistration, "places of COLMAP's georegistration.txt against georeference.csv")            \
+  X(imu_files, "an IMU in the format's own files, row by row, against its samples")                \
   X(inertial, "truth of IMUs, integrated from frame to frame, against the poses")                  \
   X(lidar,                                                                                         \
     "points of scanners: order, places by the poses between frames, against the world's tiles")    \
