@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/atomic_file.h"
@@ -352,6 +353,175 @@ TEST_F(LidarFormats, ASecondReaderFindsKittisPointsOnTheGround) {
   EXPECT_FALSE(fs::exists(dataset / "sequences/00/poses.txt"));
   EXPECT_THAT(core::read_text_file(dataset / "sequences/00/calib.txt"),
               testing::HasSubstr("Tr: 0.000000000000e+00 -1.000000000000e+00"));
+}
+
+/// The same flight with TartanAir's cameras and two IMUs, the first off the body's middle.
+std::string sensors_job() {
+  std::string job = kJob;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = job.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    job.replace(at, from.size(), to);
+  };
+  replace(
+      "cameras = [{name = \"left\", width_px = 96, height_px = 72, fx_px = 60.0}, {name = "
+      "\"right\", width_px = 96, height_px = 72, fx_px = 60.0, offset_mm = [0.0, -500.0, 0.0]}]",
+      "cameras = [{name = \"left\", width_px = 640, height_px = 640, fx_px = 320.0}, {name = "
+      "\"right\", width_px = 640, height_px = 640, fx_px = 320.0, offset_mm = [0.0, -250.0, "
+      "0.0]}]");
+  replace("[[moving]]", R"([[rigs.sensors]]
+name = "arm"
+kind = "imu"
+rate_hz = 100.0
+offset_mm = [300.0, -200.0, 100.0]
+euler_deg = [30.0, 10.0, 180.0]
+
+[[rigs.sensors]]
+name = "eye"
+kind = "imu"
+rate_hz = 200.0
+euler_deg = [0.0, 20.0, 0.0]
+
+[[moving]])");
+  replace("format = \"kitti\"", "format = \"kitti_raw\"");
+  replace("disparity = \"off\"\n", R"(
+[[exports]]
+format = "tartanair"
+rig = "down"
+left = "left"
+right = "right"
+environment = "Hills"
+)");
+  return job;
+}
+
+TEST_F(LidarFormats, RawScansAndImusHoldAndMistakesAreNamed) {
+  run(sensors_job());
+  if (HasFatalFailure()) return;
+  holds("kitti_raw", {"lidar_files", "lidar_files_place", "imu_files"});
+  holds("tartanair", {"lidar_files", "lidar_files_place", "lidar_files_depth", "imu_files"});
+
+  const fs::path raw = out / "export/kitti_raw";
+  std::string date;
+  for (const fs::directory_entry& entry : fs::directory_iterator(raw))
+    if (entry.is_directory()) date = entry.path().filename().string();
+  const std::string drive = date + "/" + date + "_drive_0001_sync";
+  const std::string extract = date + "/" + date + "_drive_0001_extract/oxts";
+  const auto each_scan = [&](const fs::path& dataset,
+                             const std::function<void(const fs::path&, int)>& change) {
+    for (int frame = 0; frame < kFrames; ++frame)
+      change(dataset / drive / fmt::format("velodyne_points/data/{:010}.bin", frame), frame);
+  };
+  is_named("kitti_raw", "lidar_axes", [&](const fs::path& dataset) {
+    each_scan(dataset, [](const fs::path& file, int) {
+      std::vector<float> numbers = numbers_in<float>(file);
+      for (std::size_t i = 0; i < numbers.size(); i += 4) numbers[i + 2] = -numbers[i + 2];
+      write_numbers(file, numbers);
+    });
+  });
+  is_found("kitti_raw", "lidar_files", "begins, has its middle and ends",
+           [&](const fs::path& dataset) {
+             const fs::path folder = dataset / drive / "velodyne_points";
+             fs::copy_file(folder / "timestamps.txt", folder / "timestamps_end.txt",
+                           fs::copy_options::overwrite_existing);
+           });
+  is_found("kitti_raw", "imu_files", "its force", [&](const fs::path& dataset) {
+    const fs::path file = dataset / extract / "data/0000000007.txt";
+    std::string text = core::read_text_file(file);
+    std::size_t at = 0;
+    for (int blank = 0; blank < 11; ++blank) at = text.find(' ', at) + 1;
+    text.replace(at, text.find(' ', at) - at, "0.5");
+    core::write_file(file, text);
+  });
+
+  const std::string sequence = "Hills/Data_easy/P000";
+  is_named("tartanair", "lidar_axes", [&](const fs::path& dataset) {
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const fs::path file =
+          dataset / sequence / fmt::format("lidar/{:06}_lcam_front_lidar.ply", frame);
+      std::vector<std::byte> bytes = core::read_file(file);
+      const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      for (std::size_t at = text.find("end_header\n") + 11; at < bytes.size(); at += 12)
+        for (std::size_t k = 0; k < 4; ++k) std::swap(bytes[at + k], bytes[at + 4 + k]);
+      core::write_file(file, bytes);
+    }
+  });
+  is_named("tartanair", "imu_gravity", [&](const fs::path& dataset) {
+    // Forces without gravity.
+    for (const char* form : {".npy", ".txt"})
+      fs::copy_file(dataset / sequence / ("imu/acc_nograv_body" + std::string(form)),
+                    dataset / sequence / ("imu/acc" + std::string(form)),
+                    fs::copy_options::overwrite_existing);
+  });
+}
+
+TEST_F(LidarFormats, ASecondReaderFindsRawScansAndImusRight) {
+  if (run_command("python3", {"--version"}).status != 0) GTEST_SKIP() << "no python3";
+  run(sensors_job());
+  if (HasFatalFailure()) return;
+  const fs::path raw = out / "export/kitti_raw";
+  std::string date;
+  for (const fs::directory_entry& entry : fs::directory_iterator(raw))
+    if (entry.is_directory()) date = entry.path().filename().string();
+  const Json drive = read(
+      {"kitti_raw", (raw / date).string(), (raw / date / (date + "_drive_0001_sync")).string()});
+  const Json& stamps = drive.at("stamps");
+  for (std::size_t i = 0; i < static_cast<std::size_t>(kFrames); ++i) {
+    const double middle_s = stamps.at("timestamps").at(i).number();
+    EXPECT_NEAR(middle_s - stamps.at("timestamps_start").at(i).number(), i == 0 ? 0.0 : 0.05, 1e-8);
+    EXPECT_NEAR(stamps.at("timestamps_end").at(i).number() - middle_s, 0.05, 1e-8);
+    EXPECT_GT(drive.at("num_points").at(i).integer(), 1000);
+  }
+  // 0.5 s at 100 Hz, both ends; the body climbs and turns gently: the IMU shows about one gravity.
+  ASSERT_EQ(drive.at("packets").size(), 51U);
+  for (std::size_t i = 0; i < drive.at("packets").size(); ++i) {
+    const std::vector<double> packet = drive.at("packets").at(i).numbers();
+    EXPECT_NEAR(packet[0], 46.0, 0.01);
+    EXPECT_NEAR(std::hypot(packet[11], packet[12], packet[13]), 9.8, 3.0);
+    EXPECT_NEAR(std::hypot(packet[8], packet[9], packet[10]), 15.0, 0.5);
+  }
+
+  const Json tartan = read({"tartanair", (out / "export/tartanair/Hills/Data_easy/P000").string()});
+  const Json& imu = tartan.at("imu");
+  constexpr std::size_t kRows = (kFrames - 1) * 10;
+  EXPECT_EQ(imu.at("cam_time").at("type").string(), "<f4");
+  EXPECT_EQ(imu.at("acc").at("type").string(), "<f8");
+  for (const char* name : {"imu_time", "acc", "gyro", "pos_global", "vel_global", "ori_global",
+                           "vel_body", "acc_nograv", "acc_nograv_body"})
+    EXPECT_EQ(imu.at(name).at("rows").size(), kRows) << name;
+  // Row 10 i is at frame i's pose: tx ty tz qx qy qz qw, camera to north, east, down.
+  const auto vector = [&](const char* name, std::size_t row) {
+    const std::vector<double> numbers = imu.at(name).at("rows").at(row).numbers();
+    return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
+  };
+  for (std::size_t frame = 0; frame + 1 < static_cast<std::size_t>(kFrames); ++frame) {
+    const std::vector<double> pose = tartan.at("poses").at(frame).numbers();
+    const std::size_t row = 10 * frame;
+    const Eigen::Matrix3d turned =
+        Eigen::Quaterniond(pose[6], pose[3], pose[4], pose[5]).toRotationMatrix();
+    EXPECT_LT((vector("pos_global", row) - Eigen::Vector3d(pose[0], pose[1], pose[2])).norm(),
+              1e-7);
+    const Eigen::Vector3d angles = vector("ori_global", row);
+    const Eigen::Matrix3d by_angles = (Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()) *
+                                       Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
+                                       Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()))
+                                          .toRotationMatrix();
+    EXPECT_LT((by_angles - turned).norm(), 1e-8);
+    EXPECT_LT((vector("acc", row) -
+               turned.transpose() * (vector("acc_nograv", row) - Eigen::Vector3d(0.0, 0.0, 9.8)))
+                  .norm(),
+              1e-8);
+  }
+  // Velocities and accelerations are the differences of places, to a step's own error.
+  const double step_s = 0.01;
+  for (std::size_t row = 1; row + 1 < kRows; ++row) {
+    const Eigen::Vector3d velocity =
+        (vector("pos_global", row + 1) - vector("pos_global", row - 1)) / (2.0 * step_s);
+    EXPECT_LT((vector("vel_global", row) - velocity).norm(), 2e-3) << row;
+    const Eigen::Vector3d acceleration =
+        (vector("vel_global", row + 1) - vector("vel_global", row - 1)) / (2.0 * step_s);
+    EXPECT_LT((vector("acc_nograv", row) - acceleration).norm(), 0.05) << row;
+  }
 }
 
 }  // namespace

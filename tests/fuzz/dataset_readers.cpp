@@ -15,6 +15,7 @@
 #include "validate/readers/mcap_container.h"
 #include "validate/readers/ros_values.h"
 #include "validate/readers/sensors.h"
+#include "validate/readers/velodyne.h"
 
 namespace terracast::fuzz {
 namespace {
@@ -98,6 +99,20 @@ TERRACAST_FUZZ_DATASET(tum)
 void fuzz_cloud_las(Bytes input) { validate::parse_las(input, "fuzz.las"); }
 void fuzz_cloud_pcd(Bytes input) { validate::parse_pcd(input, "fuzz.pcd"); }
 void fuzz_cloud_ply(Bytes input) { validate::parse_ply(input, "fuzz.ply"); }
+
+void fuzz_lidar_instances(Bytes input) {
+  validate::parse_instances(
+      std::string(reinterpret_cast<const char*>(input.data()), input.size()), "instances.csv");
+}
+void fuzz_lidar_labels(Bytes input) {
+  for (const validate::ScanLabel& label : validate::parse_labels(input, "fuzz.label"))
+    validate::has_instances(validate::is_semantic_kitti_label(label.label) ? label.label : 0);
+}
+void fuzz_lidar_ply(Bytes input) { validate::parse_lidar_ply(input, "fuzz.ply"); }
+void fuzz_lidar_velodyne(Bytes input) {
+  validate::parse_velodyne_float64(input);
+  validate::parse_velodyne(input, "fuzz.bin");
+}
 
 /// COLMAP's models by themselves, without a dataset around them: parts are files of a folder.
 void fuzz_colmap_model(Bytes input) {
