@@ -7,14 +7,17 @@
 //          0.5.
 // Pose     camera 0 of frame i to camera 0 of frame 0, 3 x 4 row-major; frame 0 is the identity.
 // calib    P_k = K [I | t] with P_k[0,3] = -fx x_k, x_k along camera 0's x: right cameras negative.
-//          Tr takes velodyne points (x forward, y left, z up) to camera 0; there is no laser
-//          scanner, and Tr is the change of axes alone.
+//          Tr takes velodyne points (x forward, y left, z up) to camera 0; without a lidar it is the
+//          change of axes alone.
+// velodyne a lidar's points about each frame's time (frame_scans.h), carried to that time; labels are
+//          SemanticKITTI's, whose readers also look for poses.txt in the sequence's folder.
 // depth_2  ours: planar depth of camera 2, float32, m; sky 0.
 // disp_2   ours: disparity of camera 2, 16 bit, times 256; 0 where there is none: sky, and where
 //          half a count would err by more than max_relative_depth_error of the depth.
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 #include "core/image_io.h"
@@ -26,8 +29,10 @@
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
+#include "export/frame_scans.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
+#include "export/velodyne.h"
 
 namespace terracast::exporters {
 namespace {
@@ -83,6 +88,7 @@ class KittiExporter final : public Exporter {
     visit.key("min_disparity_share", min_disparity_share_,
               "Share of the ground's pixels that disparity must hold.", core::between(0.0, 1.0));
     calibration_.describe(visit);
+    lidar_.describe(visit);
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -124,10 +130,13 @@ class KittiExporter final : public Exporter {
     core::Json list = core::Json::array();
     std::vector<std::string> paths;
     DisparityCount count;
+    bool has_lidar = false;
     for (std::size_t i = 0; i < sequences.size(); ++i) {
       const std::string name = fmt::format("{:02}", first + i);
       paths.push_back("dataset/sequences/" + name);
-      list.push(write_sequence(sequences[i], name, paths.back(), writer, context, count));
+      core::Json entry = write_sequence(sequences[i], name, paths.back(), writer, context, count);
+      has_lidar = has_lidar || entry.has("lidar");
+      list.push(std::move(entry));
     }
     std::vector<std::string> additions = {
         "depth_2/NNNNNN.npy: planar depth of camera 2, float32 (height, width), metres, sky 0"};
@@ -135,24 +144,47 @@ class KittiExporter final : public Exporter {
     if (has_disparity)
       additions.emplace_back(
           "disp_2/NNNNNN.png: disparity of camera 2 in 1/256 px, 16 bit, 0 where it is not held");
-    core::Json description = metadata(
-        kFormat, "KITTI odometry", hash, sequences,
-        {{"pixel_center",
-          "The centre of pixel i is at i: calib.txt's c is dataset.json's less 0.5."},
-         {"world_frame", "Camera 0 of the first frame; its place is in georeference.csv."},
-         {"pose", "Camera 0 (x right, y down, z forward) of frame i to camera 0 of frame 0."},
-         {"calib",
-          "P_k = K [I | t]; Tr is the change of axes from x forward, y left, z up to camera 0."},
-         {"depth", "depth_2: along the optical axis, metres, float32."},
-         {"disparity", "disp_2: focal length times baseline over depth, times 256, rounded."},
-         {"sky", "0 in depth_2 and disp_2."}},
-        additions);
+    if (has_lidar)
+      additions.emplace_back(
+          "instances.csv, where instances are labelled: our instance_id of each label and "
+          "instance");
+    core::Json description =
+        metadata(kFormat, "KITTI odometry", hash, sequences, conventions(has_lidar), additions);
     description.set("disparity", describe_disparity(count, has_disparity));
     description.set("sequences", std::move(list));
     writer.finish(std::move(description));
   }
 
  private:
+  static std::vector<std::pair<std::string, std::string>> conventions(bool has_lidar) {
+    std::vector<std::pair<std::string, std::string>> list = {
+        {"pixel_center",
+         "The centre of pixel i is at i: calib.txt's c is dataset.json's less 0.5."},
+        {"world_frame", "Camera 0 of the first frame; its place is in georeference.csv."},
+        {"pose", "Camera 0 (x right, y down, z forward) of frame i to camera 0 of frame 0."},
+        {"calib",
+         has_lidar
+             ? "P_k = K [I | t]; Tr takes the lidar's points (x forward, y left, z up) to camera "
+               "0; "
+               "of sequences without a lidar it is the change of axes alone."
+             : "P_k = K [I | t]; Tr is the change of axes from x forward, y left, z up to camera "
+               "0."},
+        {"depth", "depth_2: along the optical axis, metres, float32."},
+        {"disparity", "disp_2: focal length times baseline over depth, times 256, rounded."},
+        {"sky", "0 in depth_2 and disp_2."}};
+    if (!has_lidar) return list;
+    list.emplace_back(
+        "velodyne",
+        "x, y, z, reflectance of each pulse whose time is nearest to the frame's: those with "
+        "floor(time_s * rate_hz + 0.5) of its number, in the order of time. Motion is compensated: "
+        "each point is carried from its pulse's time to the frame's, which is the middle of the "
+        "scan; bodies that move stay where their pulse met them.");
+    list.emplace_back("labels",
+                      "SemanticKITTI: the class in the lower 16 bits, 0 where it has none that is "
+                      "meant so, the instance in the upper ones.");
+    return list;
+  }
+
   /// The least number of 1/256 px whose half step keeps the bound.
   double min_counts() const { return std::ceil(0.5 / max_relative_depth_error_ - 1e-9); }
 
@@ -170,14 +202,18 @@ class KittiExporter final : public Exporter {
         {"image_0", left}, {"image_1", right}, {"image_2", left}, {"image_3", right}};
     const LocalFrame local = local_frame(sequence);
 
-    writer.write(fmt::format("dataset/poses/{}.txt", name), relative_poses(sequence, local, left));
+    const std::optional<FrameScans> scans =
+        FrameScans::find(sequence, rig_, lidar_, kFormat, context);
+    const std::string poses = relative_poses(sequence, local, left);
+    writer.write(fmt::format("dataset/poses/{}.txt", name), poses);
+    if (scans) writer.write(path + "/poses.txt", poses);
     std::string times;
     const double start_s = calibration_.time_s(sequence.frames().front(), left);
     for (const capture::FrameRecord& record : sequence.frames())
       times += fmt::format("{:.9e}\n", calibration_.time_s(record, left) - start_s);
     writer.write(path + "/times.txt", times);
     writer.write(path + "/calib.txt",
-                 calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
+                 calibration(cameras[static_cast<std::size_t>(left)], baseline_m, scans));
     write_additions(writer, path, sequence, exported, scan_forms);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
@@ -195,16 +231,24 @@ class KittiExporter final : public Exporter {
       progress.advance();
     });
     for (const DisparityCount& count : counts) total.add(count);
-    return describe_sequence(sequence, local, name, path, exported, calibration_);
+    core::Json entry = describe_sequence(sequence, local, name, path, exported, calibration_);
+    if (scans) entry.set("lidar", write_odometry_scans(*scans, path, writer, context));
+    return entry;
   }
 
-  static std::string calibration(const capture::CameraCalibration& camera, double baseline_m) {
+  static std::string calibration(const capture::CameraCalibration& camera, double baseline_m,
+                                 const std::optional<FrameScans>& scans) {
     std::string text;
     for (int k = 0; k < 4; ++k)
       text += fmt::format("P{}: {}\n", k,
                           number_line(kitti_projection(camera, k % 2 == 1 ? baseline_m : 0.0)));
     Eigen::Matrix<double, 3, 4> camera_from_velodyne;
     camera_from_velodyne << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0;
+    if (scans) {
+      const geo::Rigid3d mount =
+          camera.body_from_camera().inverse() * scans->stream().body_from_sensor();
+      camera_from_velodyne << mount.rotation.toRotationMatrix(), mount.translation;
+    }
     return text + fmt::format("Tr: {}\n", number_line(camera_from_velodyne));
   }
 
@@ -305,13 +349,16 @@ class KittiExporter final : public Exporter {
   double max_relative_depth_error_ = 0.05;
   double min_disparity_share_ = 0.1;
   StatedCalibration calibration_;
+  LidarChoice lidar_;
 };
 
 }  // namespace
 
 ExporterInfo kitti_exporter() {
   return {.name = kFormat,
-          .summary = "KITTI odometry: rectified pair, poses, calibration, depth, disparity.",
+          .summary =
+              "KITTI odometry: rectified pair, poses, calibration, depth, disparity, lidar with "
+              "SemanticKITTI's labels.",
           .make = []() -> std::unique_ptr<Exporter> { return std::make_unique<KittiExporter>(); }};
 }
 

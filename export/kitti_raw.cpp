@@ -7,14 +7,18 @@
 //          grey, image_02 and image_03 the same two in colour.
 // Pixels   centres at whole numbers, as in KITTI odometry: c is ours less 0.5.
 // calib    nothing is distorted and the pair is rectified as it stands: S_rect = S, R_rect = I, D =
-//          0. The velodyne's frame (x forward, y left, z up; there is no scanner) stands at camera
-//          0 and is the change of axes alone; the mount is in imu_to_velo.
+//          0. Without a lidar the velodyne's frame (x forward, y left, z up) stands at camera 0 and
+//          is the change of axes alone; the mount is in imu_to_velo.
+// velodyne a lidar's points about each frame's time (frame_scans.h), as they were at their own times.
 // oxts     the unit is the body's reference point; see oxts.h. True WGS84: a reader that unrolls
 //          latitudes by Mercator's map sees another track than was flown.
+// extract  <date>_drive_<number>_extract: a packet for each sample of an IMU of 100 Hz.
 // ours     depth_02: planar depth of image_02, float32, m; sky 0. poses.txt: image_00 to its first
 //          frame, 3 x 4 row-major.
 
+#include <cmath>
 #include <map>
+#include <optional>
 
 #include "core/error.h"
 #include "core/npy.h"
@@ -25,10 +29,13 @@
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
+#include "export/frame_scans.h"
 #include "export/georeference.h"
+#include "export/imu_states.h"
 #include "export/kitti_files.h"
 #include "export/oxts.h"
 #include "export/utc_stamps.h"
+#include "export/velodyne.h"
 #include "geo/frames.h"
 
 namespace terracast::exporters {
@@ -85,6 +92,9 @@ class KittiRawExporter final : public Exporter {
     visit.key("drive", drive_, "Number of the first drive, four digits; the others follow.");
     visit.key("depth", depth_, "Write depth maps of image_02 beside it (ours, not KITTI's).");
     calibration_.describe(visit);
+    lidar_.describe(visit);
+    visit.key("extract", extract_,
+              "Write the packets of the unsynchronised drive, where the rig has an IMU of 100 Hz.");
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -123,22 +133,30 @@ class KittiRawExporter final : public Exporter {
       context.log.info("{}: finished already, its sources are unchanged", folder.string());
       return;
     }
-    write_calibration(sequences, writer);
+    std::vector<std::optional<FrameScans>> scans;
+    bool has_lidar = false, has_extract = false;
+    for (const capture::SequenceReader& sequence : sequences) {
+      scans.push_back(FrameScans::find(sequence, rig_, lidar_, kFormat, context));
+      has_lidar = has_lidar || scans.back().has_value();
+      has_extract = has_extract || extracted_imu(sequence) >= 0;
+    }
+    write_calibration(sequences, scans, writer);
     core::Json list = core::Json::array();
     for (std::size_t i = 0; i < sequences.size(); ++i) {
       const std::string date = date_of(sequences[i]);
       const std::string name = fmt::format("{}_drive_{:04}_sync", date, first + i);
-      list.push(write_drive(sequences[i], name, date + "/" + name, writer, context));
+      list.push(write_drive(sequences[i], scans[i], name, date + "/" + name, writer, context));
     }
     core::Json description = metadata(kFormat, "KITTI raw, synchronised and rectified", hash,
-                                      sequences, conventions(), additions());
+                                      sequences, conventions(has_lidar, has_extract), additions());
     description.set("sequences", std::move(list));
     writer.finish(std::move(description));
   }
 
  private:
-  static std::vector<std::pair<std::string, std::string>> conventions() {
-    return {
+  static std::vector<std::pair<std::string, std::string>> conventions(bool has_lidar,
+                                                                      bool has_extract) {
+    std::vector<std::pair<std::string, std::string>> list = {
         {"pixel_center", "The centre of pixel i is at i: K's c is dataset.json's less 0.5."},
         {"world_frame",
          "WGS84: latitude, longitude and ellipsoidal height of each packet; true, not on a map."},
@@ -146,8 +164,13 @@ class KittiRawExporter final : public Exporter {
          "Rz(yaw) Ry(pitch) Rx(roll) takes the body (x forward, y left, z up) to the east, north, "
          "up of the packet's own place; the unit stands at the body's reference point."},
         {"calib",
-         "P_rect = K [I | t], R_rect the identity, no distortion; the velodyne's frame is camera "
-         "0's with x forward, y left, z up: there is no scanner."},
+         has_lidar
+             ? "P_rect = K [I | t], R_rect the identity, no distortion; the velodyne's frame is "
+               "the "
+               "lidar's: x forward, y left, z up. Of dates without a lidar it is camera 0's in "
+               "these axes."
+             : "P_rect = K [I | t], R_rect the identity, no distortion; the velodyne's frame is "
+               "camera 0's with x forward, y left, z up: there is no scanner."},
         {"oxts",
          "Accelerations are specific forces: of the body against the Earth, with 9.80665 m/s^2 "
          "upwards; turn rates are against the Earth. No bias, no noise. pos_accuracy and "
@@ -157,6 +180,53 @@ class KittiRawExporter final : public Exporter {
         {"depth",
          "depth_02, where it is written: along the optical axis of image_02, metres, float32."},
         {"sky", "0 in depth_02."}};
+    if (has_lidar)
+      list.emplace_back(
+          "velodyne_points",
+          "x, y, z, reflectance of each pulse whose time is nearest to the frame's: those with "
+          "floor(time_s * rate_hz + 0.5) of its number, in the order of time, along the sensor's "
+          "axes as they were at the pulse's own time: motion is not compensated. timestamps.txt "
+          "has the frame's time, which is the middle of the scan.");
+    if (has_extract)
+      list.emplace_back(
+          "extract",
+          "A packet a sample of an IMU of 100 Hz: place, attitude and velocity are the body's, in "
+          "truth; accelerations and turn rates are what the IMU shows where it is mounted, along "
+          "the body's axes, with the Earth's turning.");
+    return list;
+  }
+
+  /// Index of the rig's first IMU of 100 Hz; -1: none, or no unsynchronised drive is written.
+  int extracted_imu(const capture::SequenceReader& sequence) const {
+    if (!extract_) return -1;
+    constexpr double kRate_hz = 100.0, kRounding = 1e-9;
+    return find_imu(sequence.info(), rig_, [](const capture::StreamInfo& imu) {
+      return std::abs(imu.rate_hz - kRate_hz) <= kRounding * kRate_hz;
+    });
+  }
+
+  /// Packets of the unsynchronised drive.
+  /// path      of the drive beside it
+  /// returns   the sequence's "extract" in dataset.json
+  static core::Json write_extract(const capture::SequenceReader& sequence, int imu_index,
+                                  const std::string& path, DatasetWriter& writer) {
+    const capture::StreamInfo& imu = sequence.info().streams[static_cast<std::size_t>(imu_index)];
+    const std::string folder =
+        path.substr(0, path.size() - std::string_view("_sync").size()) + "_extract/oxts";
+    std::string times;
+    std::int64_t number = 0;
+    for (const ImuState& state : imu_states(sequence, imu_index)) {
+      writer.write(fmt::format("{}/data/{:010}.txt", folder, number++),
+                   oxts_packet_of_imu(state, imu.body_from_sensor()));
+      times += utc_with_nanoseconds(sequence.info().utc_start, state.time_s) + "\n";
+    }
+    writer.write(folder + "/timestamps.txt", times);
+    writer.write(folder + "/dataformat.txt", oxts_format());
+    return core::Json::object()
+        .set("rig", imu.rig)
+        .set("name", imu.name)
+        .set("folder", folder)
+        .set("num_packets", number);
   }
 
   std::vector<std::string> additions() const {
@@ -172,8 +242,21 @@ class KittiRawExporter final : public Exporter {
 
   /// The calibration of each date; all drives of a date share it.
   void write_calibration(const std::vector<capture::SequenceReader>& sequences,
+                         const std::vector<std::optional<FrameScans>>& scans,
                          DatasetWriter& writer) const {
     std::map<std::string, const capture::SequenceReader*> by_date;
+    std::map<std::string, geo::Rigid3d> body_from_lidar;
+    for (std::size_t i = 0; i < sequences.size(); ++i) {
+      if (!scans[i]) continue;
+      const geo::Rigid3d mount = scans[i]->stream().body_from_sensor();
+      const auto& [date, first] = *body_from_lidar.emplace(date_of(sequences[i]), mount).first;
+      if (!(first == mount))
+        fail(ErrorKind::Config,
+             "kitti_raw: the lidar {} of {} is mounted otherwise than that of another drive of "
+             "{}; drives of one date share a calibration: other dates, or lidar = \"off\", are "
+             "right",
+             scans[i]->name(), sequences[i].info().name, date);
+    }
     for (const capture::SequenceReader& sequence : sequences) {
       const auto& [date, first] = *by_date.emplace(date_of(sequence), &sequence).first;
       const auto& cameras = sequence.info().cameras;
@@ -194,9 +277,11 @@ class KittiRawExporter final : public Exporter {
       const auto& cameras = sequence->info().cameras;
       const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
       const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
-      const geo::Rigid3d camera_from_velodyne{
+      geo::Rigid3d camera_from_velodyne{
           Eigen::Quaterniond(Eigen::Matrix3d(geo::rig_from_forward_camera().transpose())),
           Eigen::Vector3d::Zero()};
+      if (const auto lidar = body_from_lidar.find(date); lidar != body_from_lidar.end())
+        camera_from_velodyne = left.body_from_camera().inverse() * lidar->second;
       const geo::Rigid3d velodyne_from_body =
           camera_from_velodyne.inverse() * left.body_from_camera().inverse();
       writer.write(date + "/calib_cam_to_cam.txt",
@@ -206,7 +291,8 @@ class KittiRawExporter final : public Exporter {
     }
   }
 
-  core::Json write_drive(const capture::SequenceReader& sequence, const std::string& name,
+  core::Json write_drive(const capture::SequenceReader& sequence,
+                         const std::optional<FrameScans>& scans, const std::string& name,
                          const std::string& path, DatasetWriter& writer,
                          const core::Context& context) const {
     const auto& cameras = sequence.info().cameras;
@@ -250,7 +336,11 @@ class KittiRawExporter final : public Exporter {
         });
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, exported, calibration_);
+    core::Json entry = describe_sequence(sequence, local, name, path, exported, calibration_);
+    if (scans) entry.set("lidar", write_raw_scans(*scans, path, writer));
+    if (const int imu = extracted_imu(sequence); imu >= 0)
+      entry.set("extract", write_extract(sequence, imu, path, writer));
+    return entry;
   }
 
   std::string rig_ = "mcs4";
@@ -259,6 +349,8 @@ class KittiRawExporter final : public Exporter {
   std::string drive_ = "0001";
   bool depth_ = true;
   StatedCalibration calibration_;
+  LidarChoice lidar_;
+  bool extract_ = true;
 };
 
 }  // namespace
@@ -266,7 +358,7 @@ class KittiRawExporter final : public Exporter {
 ExporterInfo kitti_raw_exporter() {
   return {
       .name = kFormat,
-      .summary = "KITTI raw: rectified pair, calibration, OXTS packets on true WGS84.",
+      .summary = "KITTI raw: rectified pair, calibration, OXTS packets on true WGS84, lidar.",
       .make = []() -> std::unique_ptr<Exporter> { return std::make_unique<KittiRawExporter>(); }};
 }
 

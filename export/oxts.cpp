@@ -39,32 +39,59 @@ std::string decimals(const Eigen::Vector3d& values, int count) {
                      values.z() + 0.0, count);
 }
 
+/// What a packet holds, in the axes of the body and in the east, north, up of its place.
+struct Packet {
+  geo::Geodetic place;
+  Eigen::Matrix3d enu_from_body;
+  Eigen::Vector3d velocity_enu, force_body, rate_body;
+};
+
+std::string packet(const Packet& p) {
+  const Angles angles = angles_of(p.enu_from_body);
+  const Eigen::Vector3d velocity_level =
+      Eigen::AngleAxisd(-angles.yaw_rad, Eigen::Vector3d::UnitZ()) * p.velocity_enu;
+  const Eigen::Quaterniond level_from_body = angles.level_from_body();
+  std::string line =
+      fmt::format("{:.13f} {:.13f} {:.6f}", p.place.lat_deg, p.place.lon_deg, p.place.height_m);
+  line += decimals({angles.roll_rad, angles.pitch_rad, angles.yaw_rad}, 15);
+  line += decimals({p.velocity_enu.y(), p.velocity_enu.x(), velocity_level.x()}, 9);
+  line += fmt::format(" {:.9f} {:.9f}", velocity_level.y() + 0.0, p.velocity_enu.z() + 0.0);
+  line += decimals(p.force_body, 9) + decimals(level_from_body * p.force_body, 9);
+  line += decimals(p.rate_body, 12) + decimals(level_from_body * p.rate_body, 12);
+  line += fmt::format(" {:.9f} {:.9f}", kPositionError_m, kVelocityError_mps);
+  return line + " -1 -1 -1 -1 -1\n";
+}
+
 }  // namespace
 
 std::string oxts_packet(const geo::WorldFrame& world, const capture::FrameRecord& record) {
   const Eigen::Vector3d& position_world = record.world_from_body.translation;
-  const geo::Geodetic place = world.geodetic_from_world(position_world);
   const Eigen::Matrix3d enu_from_world = world.world_from_enu(position_world).transpose();
   const Eigen::Matrix3d enu_from_body =
       enu_from_world * record.world_from_body.rotation.toRotationMatrix();
-  const Angles angles = angles_of(enu_from_body);
-  const Eigen::Vector3d velocity_enu = enu_from_world * record.velocity_world_mps;
-  const Eigen::Vector3d velocity_level =
-      Eigen::AngleAxisd(-angles.yaw_rad, Eigen::Vector3d::UnitZ()) * velocity_enu;
-  const Eigen::Vector3d force_body =
-      enu_from_body.transpose() * (enu_from_world * record.acceleration_world_mps2 +
-                                   geo::kGravity_mps2 * Eigen::Vector3d::UnitZ());
-  const Eigen::Quaterniond level_from_body = angles.level_from_body();
-  const Eigen::Vector3d& rate_body = record.angular_velocity_body_radps;
-  std::string line =
-      fmt::format("{:.13f} {:.13f} {:.6f}", place.lat_deg, place.lon_deg, place.height_m);
-  line += decimals({angles.roll_rad, angles.pitch_rad, angles.yaw_rad}, 15);
-  line += decimals({velocity_enu.y(), velocity_enu.x(), velocity_level.x()}, 9);
-  line += fmt::format(" {:.9f} {:.9f}", velocity_level.y() + 0.0, velocity_enu.z() + 0.0);
-  line += decimals(force_body, 9) + decimals(level_from_body * force_body, 9);
-  line += decimals(rate_body, 12) + decimals(level_from_body * rate_body, 12);
-  line += fmt::format(" {:.9f} {:.9f}", kPositionError_m, kVelocityError_mps);
-  return line + " -1 -1 -1 -1 -1\n";
+  return packet(
+      {.place = world.geodetic_from_world(position_world),
+       .enu_from_body = enu_from_body,
+       .velocity_enu = enu_from_world * record.velocity_world_mps,
+       .force_body = enu_from_body.transpose() * (enu_from_world * record.acceleration_world_mps2 +
+                                                  geo::kGravity_mps2 * Eigen::Vector3d::UnitZ()),
+       .rate_body = record.angular_velocity_body_radps});
+}
+
+std::string oxts_packet_of_imu(const ImuState& state, const geo::Rigid3d& body_from_imu) {
+  const geo::Rigid3d ecef_from_body = state.ecef_from_sensor * body_from_imu.inverse();
+  const geo::Geodetic place = geo::geodetic_from_ecef(ecef_from_body.translation);
+  const Eigen::Quaterniond enu_from_ecef =
+      geo::WorldFrame(place).ecef_from_world().rotation.conjugate();
+  const Eigen::Vector3d rate_body = body_from_imu.rotation * state.rate_on_earth_radps();
+  const Eigen::Vector3d velocity_ecef =
+      state.velocity_ecef_mps -
+      ecef_from_body.rotation * rate_body.cross(body_from_imu.translation);
+  return packet({.place = place,
+                 .enu_from_body = (enu_from_ecef * ecef_from_body.rotation).toRotationMatrix(),
+                 .velocity_enu = enu_from_ecef * velocity_ecef,
+                 .force_body = body_from_imu.rotation * state.accel_mps2,
+                 .rate_body = body_from_imu.rotation * state.gyro_radps});
 }
 
 std::string oxts_format() {

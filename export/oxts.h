@@ -3,6 +3,7 @@
 #include <string>
 
 #include "capture/frame.h"
+#include "export/imu_states.h"
 #include "geo/geodesy.h"
 
 /// What KITTI raw records of a vehicle's motion: the packets of an OXTS inertial and satellite unit
@@ -21,6 +22,11 @@ namespace terracast::exporters {
 /// 26-30   states of a satellite receiver: there is none, -1
 /// accuracy   positions 1e-6 m, angles 1e-9 rad, all else within its decimals (9 and 12)
 std::string oxts_packet(const geo::WorldFrame& world, const capture::FrameRecord& record);
+
+/// The same of a sample of an IMU: places, attitudes and velocities are those of the body's reference point, in truth;
+/// forces and rates are what the IMU shows where it is mounted, turned into the body's axes, with the Earth's turning.
+/// body_from_imu   the mount
+std::string oxts_packet_of_imu(const ImuState& state, const geo::Rigid3d& body_from_imu);
 
 /// dataformat.txt: a line for each number of a packet.
 std::string oxts_format();

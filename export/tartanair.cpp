@@ -30,8 +30,10 @@
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
+#include "export/frame_scans.h"
 #include "export/georeference.h"
 #include "export/tartanair_files.h"
+#include "export/tartanair_sensors.h"
 #include "geo/units.h"
 
 namespace terracast::exporters {
@@ -178,6 +180,10 @@ class TartanAirExporter final : public Exporter {
               "Depth of the sky. Ground as far as that is refused: from on high it can be seen "
               "beyond 100 km.",
               core::between(1.0, 1e9));
+    lidar_.describe(visit);
+    visit.key("imu", imu_,
+              "Write imu/, where the rig has an IMU at its left camera's place with ten samples a "
+              "frame, or a whole multiple of ten.");
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -223,31 +229,44 @@ class TartanAirExporter final : public Exporter {
     const std::string environment = environment_of(environment_, sequences);
     const Numbering numbering = numbering_of(sequences.size());
     core::Json list = core::Json::array();
+    bool has_lidar = false, has_imu = false;
     for (std::size_t i = 0; i < sequences.size(); ++i) {
       const std::string name = fmt::format("P{:0{}}", numbering.first + i, numbering.num_digits);
       const std::string path = fmt::format("{}/Data_{}/{}", environment, difficulty_, name);
-      list.push(write_sequence(sequences[i], name, path, writer, context));
+      core::Json entry = write_sequence(sequences[i], name, path, writer, context);
+      has_lidar = has_lidar || entry.has("lidar");
+      has_imu = has_imu || entry.has("imu");
+      list.push(std::move(entry));
     }
     writer.write(environment + "/seg_label_map.json", seg_label_map());
-    core::Json description = metadata(
-        kFormat, numbering.format_version, hash, sequences,
-        {{"pixel_center", "The centre of pixel i is at i + 0.5: c = (320, 320)."},
-         {"world_frame", "North, east, down of WGS84 at the sequence's origin; metres."},
-         {"pose",
-          "Camera (x forward, y right, z down) to world: tx ty tz qx qy qz qw, a line a frame."},
-         {"depth",
-          "Along the optical axis, metres; float32 bytes in an RGBA PNG, in OpenCV's order."},
-         {"sky", fmt::format("Depth {}; flow of the direction at infinity, never co-visible; "
-                             "class sky.",
-                             static_cast<float>(sky_depth_m_))},
-         {"flow",
-          flow_ == "npz"
-              ? "Pixels to the next frame and back, float32; masks by rays, not by depths."
-              : "Pixels to the next frame times 64 plus 32768; mask 0 valid, 1 occluded or sky, "
-                "100 out of view, 200 over range."},
-         {"segmentation", "Class index; names in seg_label_map.json."},
-         {"imu", "None in this version."}},
-        {});
+    std::vector<std::pair<std::string, std::string>> conventions = {
+        {"pixel_center", "The centre of pixel i is at i + 0.5: c = (320, 320)."},
+        {"world_frame", "North, east, down of WGS84 at the sequence's origin; metres."},
+        {"pose",
+         "Camera (x forward, y right, z down) to world: tx ty tz qx qy qz qw, a line a frame."},
+        {"depth",
+         "Along the optical axis, metres; float32 bytes in an RGBA PNG, in OpenCV's order."},
+        {"sky", fmt::format("Depth {}; flow of the direction at infinity, never co-visible; "
+                            "class sky.",
+                            static_cast<float>(sky_depth_m_))},
+        {"flow",
+         flow_ == "npz"
+             ? "Pixels to the next frame and back, float32; masks by rays, not by depths."
+             : "Pixels to the next frame times 64 plus 32768; mask 0 valid, 1 occluded or sky, "
+               "100 out of view, 200 over range."},
+        {"segmentation", "Class index; names in seg_label_map.json."},
+        {"imu", has_imu
+                    ? "Truth at lcam_front, x forward, y right, z down, ten samples a frame; acc "
+                      "has TartanAir's gravity of 9.8 m/s^2, downwards at the sequence's origin."
+                    : "None in this version."}};
+    if (has_lidar)
+      conventions.emplace_back(
+          "lidar",
+          "x right, y forward, z up of lcam_front, about its centre: each pulse whose time is "
+          "nearest to the frame's (floor(time_s * rate_hz + 0.5) is its number), carried to the "
+          "frame's time; bodies that move stay where their pulse met them.");
+    core::Json description =
+        metadata(kFormat, numbering.format_version, hash, sequences, conventions, {});
     description.set("sky_depth_m", static_cast<double>(static_cast<float>(sky_depth_m_)));
     description.set("sequences", std::move(list));
     writer.finish(std::move(description));
@@ -324,7 +343,15 @@ class TartanAirExporter final : public Exporter {
       if (frame + 1 < num_frames) write_flow(sequence, frame, exported[0], path, writer);
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, exported, StatedCalibration());
+    core::Json entry =
+        describe_sequence(sequence, local, name, path, exported, StatedCalibration());
+    const int left = exported[0].camera_index;
+    if (const auto scans = FrameScans::find(sequence, rig_, lidar_, kFormat, context))
+      entry.set("lidar", write_tartanair_scans(*scans, left, path, writer, context));
+    if (!imu_) return entry;
+    core::Json imu = write_tartanair_imu(sequence, rig_, left, path, writer, context);
+    if (!imu.is_null()) entry.set("imu", std::move(imu));
+    return entry;
   }
 
   void write_images(const capture::SequenceReader& sequence, int frame, const ExportedCamera& each,
@@ -371,6 +398,8 @@ class TartanAirExporter final : public Exporter {
   std::string difficulty_ = "easy";
   std::string flow_ = "npz";
   double sky_depth_m_ = 1e5;
+  LidarChoice lidar_;
+  bool imu_ = true;
 };
 
 }  // namespace
@@ -378,7 +407,7 @@ class TartanAirExporter final : public Exporter {
 ExporterInfo tartanair_exporter() {
   return {
       .name = kFormat,
-      .summary = "TartanAir V2: stereo images, depth, segmentation, flow, poses.",
+      .summary = "TartanAir V2: stereo images, depth, segmentation, flow, poses, lidar, IMU.",
       .make = []() -> std::unique_ptr<Exporter> { return std::make_unique<TartanAirExporter>(); }};
 }
 

@@ -37,6 +37,12 @@ struct CheckResult {
   std::optional<double> smallest;
   /// Of one that is seen elsewhere: cameras or sensors of which this dataset would not have shown it.
   std::vector<std::string> unseen_parts;
+  /// What is wrong, where the check itself knows it: it becomes a cause of the report.
+  struct Mistake {
+    std::string name;   ///< "lidar_not_deskewed", …: docs/validate.md lists them
+    std::string words;  ///< one sentence for people, with where it stands
+  };
+  std::optional<Mistake> mistake = std::nullopt;
   struct Plot {
     std::string title, x_label, y_label;
     std::vector<double> x, y;

@@ -20,9 +20,12 @@
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(georegistration, "places of COLMAP's georegistration.txt against georeference.csv")            \
+  X(imu_files, "an IMU in the format's own files, row by row, against its samples")                \
   X(inertial, "truth of IMUs, integrated from frame to frame, against the poses")                  \
   X(lidar,                                                                                         \
     "points of scanners: order, places by the poses between frames, against the world's tiles")    \
+  X(lidar_files,                                                                                   \
+    "a lidar's points and labels in the format's own files against its scans, poses and depth")    \
   X(motion, "velocity, acceleration and turn of motion.csv against the body's poses")              \
   X(moving,                                                                                        \
     "depth and flow of what moves, carried by its poses into other images, against those there")   \

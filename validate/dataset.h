@@ -95,7 +95,7 @@ struct Camera {
   /// By its own clock, of timestamps.csv; empty: its stamps are the times.
   std::vector<double> stamps_s;
   std::optional<StatedClock> clock;  ///< nothing: it shows the time
-  Pose camera0_from_camera;  ///< KITTI: by its calibration
+  Pose camera0_from_camera;          ///< KITTI: by its calibration
   std::vector<FrameFiles> files;
   /// Stored flow is rounded to whole steps; 0: float32, without end.
   double flow_step_px = 0.0;
@@ -106,6 +106,28 @@ struct Camera {
 
   /// The most that the steps leave between a flow and what is stored of it.
   double flow_rounding_px() const { return 0.5 * std::hypot(flow_step_px, flow_step_px); }
+};
+
+/// A lidar's points as the format's own files hold them, a file a frame: those whose pulses' times are nearest to the
+/// frame's, floor(time_s * rate_hz + 0.5) being its number.
+struct FormatScans {
+  std::string rig, name;  ///< of sensors.json
+  std::int64_t num_points = 0;
+  std::int64_t num_after_last_frame = 0;
+  std::map<std::string, std::int64_t> num_without_label;  ///< by our class
+  bool is_ply = false;                                    ///< else KITTI's four float32 a point
+  bool is_deskewed =
+      true;  ///< carried to the frame's time; else as they were at their pulses' times
+  std::vector<std::string>
+      points;  ///< files, relative to the dataset's root; empty where one is missing
+  std::vector<std::string> labels;  ///< SemanticKITTI's; empty: the format has none
+  std::string instances;            ///< instances.csv
+  int camera = -1;                  ///< that the points are placed by
+  int depth_camera = -1;            ///< whose depth they are compared with
+  Pose camera_from_points;          ///< by the format's files or rules
+  std::string mount_file;           ///< that states it; empty: the format fixes it
+  /// Seconds since the sequence's first frame: first, middle and last of each scan; empty: the format has none.
+  std::vector<double> begin_s, middle_s, end_s;
 };
 
 /// A rectified pair among the cameras of a sequence.
@@ -133,6 +155,7 @@ struct Sequence {
   std::optional<Moving> moving;  ///< nothing: all stands still but the cameras
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
+  std::optional<FormatScans> scans;    ///< nothing: the format's own files hold no lidar's points
   std::map<int, std::string> classes;  ///< of the segmentation's values
   Pose local_from_first;               ///< KITTI: camera 0 of the first frame, by georeference.csv
   std::optional<ColmapModel> binary_model;

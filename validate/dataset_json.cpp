@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/json.h"
 #include "core/printable.h"
+#include "core/semantic_class.h"
 #include "validate/belief.h"
 #include "validate/dataset.h"
 #include "validate/plugin_format.h"
@@ -358,6 +359,20 @@ void find_moving_masks(const Dataset& dataset, Sequence& sequence, Findings& fin
   }
 }
 
+/// Which lidar the format's own files are of.
+FormatScans read_lidar(const Json& json) {
+  FormatScans scans;
+  scans.rig = json.at("rig").string();
+  scans.name = json.at("name").string();
+  scans.num_points = json.at("num_points").integer();
+  scans.num_after_last_frame = json.at("num_points_after_last_frame").integer();
+  if (!json.has("num_points_without_label")) return scans;
+  const Json& counts = json.at("num_points_without_label");
+  for (const std::string_view name : core::semantic_class_names())
+    if (counts.has(name)) scans.num_without_label[std::string(name)] = counts.at(name).integer();
+  return scans;
+}
+
 void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
                    Findings& findings) {
   constexpr int kMostFrames = 1'000'000;
@@ -424,6 +439,7 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
                     sequence.name));
   if (json.has("moving"))
     sequence.moving = read_moving(dataset, json.at("moving"), sequence.num_frames, findings);
+  if (json.has("lidar")) sequence.scans = read_lidar(json.at("lidar"));
   std::vector<Camera> believed;
   if (json.has("calibration")) {
     const std::string calibration = json.at("calibration").string();

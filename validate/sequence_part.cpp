@@ -91,7 +91,7 @@ std::vector<Pose> poses_part(const std::vector<Pose>& first_from_camera0, const 
 Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                  const std::vector<int>& kept_cameras) {
   const auto& [name, path, num_all_frames, rate_hz, utc_start, origin, geometry, times_s,
-               states_belief, has_poses_of_rows, motion, moving, cameras, stereo, classes,
+               states_belief, has_poses_of_rows, motion, moving, cameras, stereo, scans, classes,
                local_from_first, binary_model, text_model, believed_model, oxts, camera0_from_imu,
                first_from_camera0] = sequence;
   const Span span{
@@ -110,6 +110,7 @@ Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                 .moving = moving_part(moving, span),
                 .cameras = {},
                 .stereo = pair_among(stereo, kept_cameras),
+                .scans = std::nullopt,  // they are looked at whole
                 .classes = classes,
                 .local_from_first = local_from_first,
                 .binary_model = std::nullopt,

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -101,18 +102,47 @@ struct Checked {
   std::int64_t num_comparisons = 0;  ///< pairs of images times checks
 };
 
+/// What checks themselves know of a sequence; of several results with one mistake one cause.
+std::vector<Cause> known_causes(const std::vector<CheckResult>& failed,
+                                const std::string& sequence) {
+  std::vector<Cause> causes;
+  for (const CheckResult& result : failed) {
+    if (!result.mistake) continue;
+    const auto same = std::find_if(causes.begin(), causes.end(), [&](const Cause& cause) {
+      return cause.name == result.mistake->name;
+    });
+    if (same != causes.end()) {
+      same->checks.push_back(result.name);
+      continue;
+    }
+    Cause cause;
+    cause.name = result.mistake->name;
+    cause.words = result.mistake->words;
+    cause.sequence = sequence;
+    cause.checks = {result.name};
+    causes.push_back(std::move(cause));
+  }
+  return causes;
+}
+
 /// Causes in all sequences; those of several name theirs.
 std::vector<Cause> diagnose_all(const Dataset& dataset, const std::vector<Checked>& checked,
                                 std::vector<std::string> damage, const ValidateOptions& options,
                                 const core::Context& context) {
   std::vector<Cause> causes;
-  for (std::size_t i = 0; i < dataset.sequences.size(); ++i)
-    for (Cause& cause : diagnose(dataset, dataset.sequences[i], checked[i].failed,
-                                 checked[i].num_comparisons, damage, options, context)) {
+  for (std::size_t i = 0; i < dataset.sequences.size(); ++i) {
+    std::vector<CheckResult> failed = checked[i].failed;
+    std::vector<Cause> own = known_causes(failed, dataset.sequences[i].name);
+    std::erase_if(failed, [](const CheckResult& result) { return result.mistake.has_value(); });
+    std::vector<Cause> found = diagnose(dataset, dataset.sequences[i], failed,
+                                        checked[i].num_comparisons, damage, options, context);
+    std::move(found.begin(), found.end(), std::back_inserter(own));
+    for (Cause& cause : own) {
       if (dataset.sequences.size() > 1) cause.words = cause.sequence + ": " + cause.words;
       cause.words = core::printable(cause.words);
       causes.push_back(std::move(cause));
     }
+  }
   add_damage(damage, causes);
   return causes;
 }

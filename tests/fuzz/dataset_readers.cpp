@@ -17,6 +17,7 @@
 #include "validate/readers/rinex.h"
 #include "validate/readers/ros_values.h"
 #include "validate/readers/sensors.h"
+#include "validate/readers/velodyne.h"
 
 namespace terracast::fuzz {
 namespace {
@@ -107,6 +108,19 @@ void fuzz_rinex_navigation(Bytes input) {
 }
 void fuzz_rinex_observations(Bytes input) {
   validate::parse_rinex_observations(text_of(input), "fuzz.rnx");
+}
+void fuzz_lidar_instances(Bytes input) {
+  validate::parse_instances(
+      std::string(reinterpret_cast<const char*>(input.data()), input.size()), "instances.csv");
+}
+void fuzz_lidar_labels(Bytes input) {
+  for (const validate::ScanLabel& label : validate::parse_labels(input, "fuzz.label"))
+    validate::has_instances(validate::is_semantic_kitti_label(label.label) ? label.label : 0);
+}
+void fuzz_lidar_ply(Bytes input) { validate::parse_lidar_ply(input, "fuzz.ply"); }
+void fuzz_lidar_velodyne(Bytes input) {
+  validate::parse_velodyne_float64(input);
+  validate::parse_velodyne(input, "fuzz.bin");
 }
 
 /// COLMAP's models by themselves, without a dataset around them: parts are files of a folder.

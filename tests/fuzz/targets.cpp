@@ -59,6 +59,10 @@
   X(json)                         \
   X(ledger)                       \
   X(legend)                       \
+  X(lidar_instances)              \
+  X(lidar_labels)                 \
+  X(lidar_ply)                    \
+  X(lidar_velodyne)               \
   X(mcap)                         \
   X(model_glb)                    \
   X(model_gltf)                   \

@@ -17,8 +17,10 @@ using core::ErrorKind;
 using core::fail;
 
 /// The matrices P0 to P3 (and Tr, which must be there: pykitti fails without it).
+/// scans   take their mount from Tr; nothing: there is no lidar, and Tr is a change of axes
 std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
-                                           const std::string& name) {
+                                           const std::string& name,
+                                           std::optional<FormatScans>& scans) {
   const Projection axes_alone = (Projection() << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0).finished();
   std::array<Projection, 4> projections;
   Projection scanner = axes_alone;
@@ -42,14 +44,43 @@ std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
   for (std::size_t i = 0; i < is_there.size(); ++i)
     if (!is_there[i])
       fail(ErrorKind::Input, "{}: no line {}", name, i < 4 ? "P" + std::to_string(i) + ":" : "Tr:");
-  // There is no scanner: its frame is camera 0's with x forward, y left, z up.
-  if (scanner != axes_alone)
+  if (scans) {
+    scans->mount_file = name;
+    scans->camera_from_points = {scanner.leftCols<3>(), scanner.col(3)};
+    constexpr double kDigitsOfRotation = 1e-6;
+    if (!scans->camera_from_points.rotation.isUnitary(kDigitsOfRotation))
+      fail(ErrorKind::Input, "{}: Tr holds no rotation", name);
+  } else if (scanner !=
+             axes_alone)  // the frame of no lidar: camera 0's with x forward, y left, z up
     fail(ErrorKind::Input, "{}: Tr is no change of axes from x forward, y left, z up", name);
   for (std::size_t k = 0; k < 2; ++k)
     if (projections[k] != projections[k + 2])
       fail(ErrorKind::Input, "{}: P{} is not P{}; grey and colour are of one camera", name, k,
            k + 2);
   return projections;
+}
+
+/// velodyne/ and labels/; a copy of the poses, where SemanticKITTI's readers look for them.
+void find_scans(const Dataset& dataset, Sequence& sequence, Findings& findings) {
+  if (!sequence.scans) {
+    if (dataset.files.contains(sequence.path + "/velodyne/000000.bin"))
+      findings.add(sequence.path + "/velodyne", "dataset.json names no lidar that it is of");
+    return;
+  }
+  FormatScans& scans = *sequence.scans;
+  scans.points =
+      numbered_files(dataset, sequence.path + "/velodyne", ".bin", sequence.num_frames, findings);
+  scans.labels =
+      numbered_files(dataset, sequence.path + "/labels", ".label", sequence.num_frames, findings);
+  scans.instances = sequence.path + "/instances.csv";
+  scans.camera = sequence.camera_index("image_0");
+  scans.depth_camera = sequence.camera_index("image_2");
+  const std::string copy = sequence.path + "/poses.txt";
+  findings.attempt(copy, [&] {
+    if (core::read_text_file(dataset.root / copy) !=
+        core::read_text_file(dataset.root / ("dataset/poses/" + sequence.name + ".txt")))
+      findings.add(copy, "other poses than dataset/poses has");
+  });
 }
 
 int camera_number(const std::string& name) {
@@ -78,7 +109,7 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
   std::array<Projection, 4> projections;
   const std::string calibration = sequence.path + "/calib.txt";
   const bool has_calibration = findings.attempt(calibration, [&] {
-    projections = read_calibration(dataset.root / calibration, calibration);
+    projections = read_calibration(dataset.root / calibration, calibration, sequence.scans);
     for (Camera& camera : sequence.cameras) {
       const int number = camera_number(camera.name);
       if (number < 0)
@@ -88,6 +119,7 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
     }
   });
 
+  find_scans(dataset, sequence, findings);
   const std::vector<Pose> first_from_camera0 = read_relative_poses(
       dataset, "dataset/poses/" + sequence.name + ".txt", sequence.num_frames, findings);
 

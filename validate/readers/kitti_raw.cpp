@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/atomic_file.h"
@@ -64,7 +65,8 @@ class KeyedNumbers {
 struct Calibration {
   std::array<Projection, 4> projections;
   std::array<Eigen::Vector2d, 4> sizes_px;
-  Pose camera0_from_imu;  ///< the rectified camera 0
+  Pose camera0_from_imu;       ///< the rectified camera 0
+  Pose camera0_from_velodyne;  ///< the same
 };
 
 Calibration read_calibration(const Dataset& dataset, const std::string& date) {
@@ -99,8 +101,9 @@ Calibration read_calibration(const Dataset& dataset, const std::string& date) {
              number);
   }
   const Pose rectified0{cameras.matrix3("R_rect_00"), Eigen::Vector3d::Zero()};
-  calibration.camera0_from_imu = camera_from_camera0(calibration.projections[0]) * rectified0 *
-                                 velodyne.pose("R", "T") * imu.pose("R", "T");
+  calibration.camera0_from_velodyne =
+      camera_from_camera0(calibration.projections[0]) * rectified0 * velodyne.pose("R", "T");
+  calibration.camera0_from_imu = calibration.camera0_from_velodyne * imu.pose("R", "T");
   return calibration;
 }
 
@@ -153,6 +156,39 @@ void read_times(const Dataset& dataset, Sequence& sequence, Findings& findings) 
           findings.add(images, fmt::format("frame {}: another stamp than timestamps.csv has", i));
     });
   }
+}
+
+/// velodyne_points/: as they were at their pulses' times.
+void find_scans(const Dataset& dataset, const std::string& date, const Calibration& calibration,
+                Sequence& sequence, Findings& findings) {
+  const std::string folder = sequence.path + "/velodyne_points";
+  if (!sequence.scans) {
+    if (dataset.files.contains(folder + "/timestamps.txt"))
+      findings.add(folder, "dataset.json names no lidar that it is of");
+    return;
+  }
+  FormatScans& scans = *sequence.scans;
+  scans.is_deskewed = false;
+  scans.camera = sequence.camera_index("image_00");
+  scans.camera_from_points = calibration.camera0_from_velodyne;
+  scans.mount_file = date + "/calib_velo_to_cam.txt";
+  scans.points = numbered_files(dataset, folder + "/data", ".bin", sequence.num_frames, findings,
+                                false, kDigits);
+  const std::int64_t start_ns = parse_utc_ns(sequence.utc_start, "dataset.json: utc_start");
+  const auto seconds_of = [&](const std::string& name) {
+    std::vector<double> times_s;
+    findings.attempt(folder + "/" + name, [&] {
+      for (const std::int64_t time_ns :
+           read_timestamps(dataset, folder + "/" + name, sequence.num_frames))
+        times_s.push_back(1e-9 * static_cast<double>(time_ns - start_ns));
+    });
+    times_s.resize(static_cast<std::size_t>(sequence.num_frames),
+                   std::numeric_limits<double>::quiet_NaN());
+    return times_s;
+  };
+  scans.begin_s = seconds_of("timestamps_start.txt");
+  scans.middle_s = seconds_of("timestamps.txt");
+  scans.end_s = seconds_of("timestamps_end.txt");
 }
 
 /// The thirty names of a packet's numbers, in their order.
@@ -222,6 +258,8 @@ void KittiRawReader::read(const Dataset& dataset, Sequence& sequence, Findings& 
                      fmt::format("P_rect_{:02}", number), camera.intrinsics);
     }
   });
+  findings.attempt(sequence.path,
+                   [&] { find_scans(dataset, date, calibration, sequence, findings); });
   read_packets(dataset, sequence, findings);
   const std::string names = sequence.path + "/oxts/dataformat.txt";
   findings.attempt(names, [&] { check_packet_names(dataset, names); });

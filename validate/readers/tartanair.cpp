@@ -139,8 +139,30 @@ void check_faces(const Sequence& sequence, Findings& findings) {
 
 }  // namespace
 
+namespace {
+
+/// lidar/: at the frame's time, about lcam_front.
+void find_scans(const Dataset& dataset, Sequence& sequence, Findings& findings) {
+  const std::string folder = sequence.path + "/lidar";
+  if (!sequence.scans) {
+    if (dataset.files.contains(folder + "/000000_lcam_front_lidar.ply"))
+      findings.add(folder, "dataset.json names no lidar that it is of");
+    return;
+  }
+  FormatScans& scans = *sequence.scans;
+  scans.is_ply = true;
+  scans.camera = scans.depth_camera = sequence.camera_index("lcam_front");
+  // From x right, y forward, z up.
+  scans.camera_from_points.rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  scans.points =
+      numbered_files(dataset, folder, "_lcam_front_lidar.ply", sequence.num_frames, findings);
+}
+
+}  // namespace
+
 void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
   read_classes(dataset, sequence, findings);
+  find_scans(dataset, sequence, findings);
   for (Camera& camera : sequence.cameras) {
     camera.intrinsics = kFixedCamera;
     read_ned_poses(dataset, sequence, camera, findings);
