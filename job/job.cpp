@@ -114,6 +114,7 @@ void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
   plan.cameras = job.cameras.of(options);
   plan.imaging = rigs::imaging_of_cameras(rigs);
   plan.sensors = rigs::mount_sensors(rigs);
+  sensors::draw_clocks(plan.sensors, job.config.seed, plan.name);
   rigs::TrueRigs drawn = rigs::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
   plan.clocks = std::move(drawn.clocks);
   if (drawn.cameras == plan.cameras) return;

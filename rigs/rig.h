@@ -95,7 +95,7 @@ std::vector<sensors::ImagingOptions> imaging_of_cameras(const std::vector<RigOpt
 /// that contradict
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs);
 
-/// The rigs' sensors beside cameras, in file order.
+/// The rigs' sensors beside cameras, in file order, their clocks as they are believed to be.
 /// throws Config: two of a rig with one name, or that of a camera
 std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>& rigs);
 

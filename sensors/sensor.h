@@ -15,6 +15,7 @@
 #include "geo/rigid3.h"
 #include "geo/trajectory.h"
 #include "scene/scene.h"
+#include "sensors/clock.h"
 #include "world/ray_trail.h"
 
 namespace terracast::sensors {
@@ -103,6 +104,7 @@ struct SensorOptions {
   double rate_hz = 100.0;
   std::vector<double> offset_mm;  ///< in the rig's axes; empty: 0
   std::vector<double> euler_deg;  ///< yaw, pitch, roll as of cameras; empty: 0
+  ClockOptions clock;
   core::Choice<SensorInfo> sensor;
 
   void describe(core::SchemaVisitor& visit);
@@ -111,12 +113,18 @@ struct SensorOptions {
 
 /// A sensor of a sequence's body, with the record of its stream.
 struct MountedSensor {
-  capture::StreamInfo info;
+  capture::StreamInfo info;  ///< its clock as it is believed to be, until draw_clocks()
   core::Choice<SensorInfo> sensor;
+  ClockOptions clock = {};
 
   capture::Samples measure(const scene::Scene& scene, const geo::BodyMotion& body,
                            std::uint64_t sequence_seed, const capture::TickRange& ticks,
                            world::RayTrail* trail) const;
 };
+
+/// Draws how far the sensors' clocks are from what is believed of them: by the seed and the names of sequence, rig and
+/// sensor alone.
+void draw_clocks(std::vector<MountedSensor>& sensors, std::int64_t seed,
+                 const std::string& sequence);
 
 }  // namespace terracast::sensors
