@@ -13,6 +13,7 @@
 #include "validate/diagnosis.h"
 #include "validate/plugin_format.h"
 #include "validate/report.h"
+#include "validate/sensor_diagnosis.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -106,13 +107,19 @@ std::vector<Cause> diagnose_all(const Dataset& dataset, const std::vector<Checke
                                 std::vector<std::string> damage, const ValidateOptions& options,
                                 const core::Context& context) {
   std::vector<Cause> causes;
-  for (std::size_t i = 0; i < dataset.sequences.size(); ++i)
-    for (Cause& cause : diagnose(dataset, dataset.sequences[i], checked[i].failed,
-                                 checked[i].num_comparisons, damage, options, context)) {
+  const auto add = [&](std::vector<Cause> found) {
+    for (Cause& cause : found) {
       if (dataset.sequences.size() > 1) cause.words = cause.sequence + ": " + cause.words;
       cause.words = core::printable(cause.words);
       causes.push_back(std::move(cause));
     }
+  };
+  for (std::size_t i = 0; i < dataset.sequences.size(); ++i) {
+    const Sequence& sequence = dataset.sequences[i];
+    add(diagnose(dataset, sequence, checked[i].failed, checked[i].num_comparisons, damage, options,
+                 context));
+    add(diagnose_sensors(dataset, sequence, checked[i].failed, options));
+  }
   add_damage(damage, causes);
   return causes;
 }
