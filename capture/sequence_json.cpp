@@ -194,7 +194,23 @@ Json json_from_stream(const StreamInfo& stream) {
       .set("body_from_rig", json_from_rigid(stream.body_from_rig))
       .set("settings_toml", stream.settings_toml);
   if (stream.is_scan) json.set("is_scan", true);
+  if (stream.clock)
+    json.set("clock", Json::object()
+                          .set("offset_s", stream.clock->offset_s)
+                          .set("drift", stream.clock->drift)
+                          .set("jitter_sd_s", stream.clock->jitter_sd_s)
+                          .set("believed_offset_s", stream.clock->believed_offset_s)
+                          .set("believed_drift", stream.clock->believed_drift));
   return json;
+}
+
+StreamClock stream_clock_from_json(const Json& json, const Source& source) {
+  const auto number = [&](const char* key) { return source.finite(json.at(key), key); };
+  return {.offset_s = number("offset_s"),
+          .drift = number("drift"),
+          .jitter_sd_s = number("jitter_sd_s"),
+          .believed_offset_s = number("believed_offset_s"),
+          .believed_drift = number("believed_drift")};
 }
 
 StreamInfo stream_from_json(const Json& json, const Source& source) {
@@ -210,6 +226,7 @@ StreamInfo stream_from_json(const Json& json, const Source& source) {
   const Json& channels = json.at("channels");
   for (std::size_t i = 0; i < channels.size(); ++i)
     stream.channels.push_back(channel_from_json(channels.at(i), source));
+  if (json.has("clock")) stream.clock = stream_clock_from_json(json.at("clock"), source);
   return stream;
 }
 
@@ -403,6 +420,12 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
            where, stream.rig, stream.name, stream.rate_hz, kMaxStreamRate_hz);
     if (const std::string wrong = wrong_channels(stream.channels); !wrong.empty())
       fail(kind, "{}: {}/{} {}", where, stream.rig, stream.name, core::printable(wrong));
+    if (stream.clock && stream.channels.back() != StreamChannel{.name = kStampChannel, .unit = "s"})
+      fail(kind, "{}: {}/{} has a clock, but its last channel is not {} in s", where, stream.rig,
+           stream.name, kStampChannel);
+    if (stream.clock && !(stream.clock->jitter_sd_s >= 0.0))
+      fail(kind, "{}: the clock of {}/{} jitters by {} s; 0 and more is right", where, stream.rig,
+           stream.name, stream.clock->jitter_sd_s);
   }
   check_beliefs(info, kind, where);
   check_imaging(info, kind, where);

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,23 @@ struct StreamChannel {
 /// head a column of a table ("time_s" heads the first one). Names in the text are raw, not printable. Empty: it can.
 std::string wrong_channels(std::span<const StreamChannel> channels);
 
+/// A sensor's clock against the sequence's time t: it shows t + offset_s + drift t. Each tick's stamp errs besides by a
+/// normal deviate of jitter_sd_s, within four deviations; between two ticks, as of the rows of a scan, that error runs evenly
+/// from the one's to the next one's, so that stamps are in the order of time.
+struct StreamClock {
+  double offset_s = 0.0;
+  double drift = 0.0;  ///< seconds a second
+  double jitter_sd_s = 0.0;
+  double believed_offset_s = 0.0;  ///< what a calibration says of it
+  double believed_drift = 0.0;
+  bool operator==(const StreamClock&) const = default;
+
+  double reading_s(double time_s) const { return time_s + offset_s + drift * time_s; }
+};
+
+/// The last channel of a sensor with a clock of its own: what the clock showed, s.
+inline constexpr const char* kStampChannel = "stamp_s";
+
 /// A sensor that measures at times of its own, and its channels. Its folder in the capture is `<rig>/<name>`.
 struct StreamInfo {
   std::string rig;
@@ -37,6 +55,7 @@ struct StreamInfo {
   std::string settings_toml;  ///< the kind's own keys, every one
   /// Each tick gives a scan: any number of rows, each at its own time from the tick's to before the next one's.
   bool is_scan = false;
+  std::optional<StreamClock> clock = {};  ///< nothing: it shows the time, and there are no stamps
   bool operator==(const StreamInfo&) const = default;
 
   geo::Rigid3d body_from_sensor() const { return body_from_rig * rig_from_sensor; }

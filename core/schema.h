@@ -107,6 +107,12 @@ class SchemaVisitor {
     end_section();
   }
 
+  /// A section that what is written of a config leaves out while all its keys are at their defaults.
+  template <class Struct>
+  void optional_section(std::string_view name, Struct& value, std::string_view meaning) {
+    if (!leaves_out_defaults() || value != Struct{}) section(name, value, meaning);
+  }
+
   /// A list of structs; in TOML an array of tables (or of paths to files that hold one).
   template <class Struct>
   void list(std::string_view name, std::vector<Struct>& items, std::string_view meaning) {
@@ -144,6 +150,7 @@ class SchemaVisitor {
   virtual void begin_item(std::size_t index) = 0;
   virtual void end_item() = 0;
   virtual bool describes_empty_lists() const { return false; }
+  virtual bool leaves_out_defaults() const { return false; }
 
   /// Runs a struct's validate(); the reader adds file, line and section to what it throws.
   template <class Check>

@@ -48,6 +48,7 @@ class TomlWriter : public SchemaVisitor {
     tables_.push_back({lists_.back(), "\n[[" + lists_.back() + "]]\n", {}});
   }
   void end_item() override { end_section(); }
+  bool leaves_out_defaults() const override { return true; }
 
  private:
   struct Table {

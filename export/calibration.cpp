@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "export/motion_record.h"
@@ -39,6 +41,21 @@ const std::vector<capture::CameraCalibration>& StatedCalibration::cameras(
 
 double StatedCalibration::time_s(const capture::FrameRecord& record, int camera_index) const {
   return is_believed() ? record.stamp_s(camera_index) : record.time_s;
+}
+
+double StatedCalibration::reading_s(const capture::StreamInfo& stream, double time_s) const {
+  return is_believed() && stream.clock ? stream.clock->reading_s(time_s) : time_s;
+}
+
+std::vector<double> StatedCalibration::times_s(const capture::StreamInfo& stream,
+                                               const capture::Samples& samples) const {
+  if (!is_believed() || !stream.clock) return samples.times_s;
+  const std::size_t num_channels = stream.channels.size();
+  std::vector<double> stamps_s;
+  stamps_s.reserve(samples.times_s.size());
+  for (std::size_t i = 0; i < samples.times_s.size(); ++i)
+    stamps_s.push_back(samples.values[(i + 1) * num_channels - 1]);
+  return stamps_s;
 }
 
 Json describe_camera(const std::string& name, const capture::CameraCalibration& camera) {
@@ -115,6 +132,10 @@ std::string timestamps_csv(const capture::SequenceReader& sequence,
 
 void describe_errors(const capture::SequenceReader& sequence, const StatedCalibration& stated,
                      const std::string& path, Json& entry) {
+  const std::vector<capture::StreamInfo>& streams = sequence.info().streams;
+  if (std::any_of(streams.begin(), streams.end(),
+                  [](const capture::StreamInfo& stream) { return stream.clock.has_value(); }))
+    entry.set("sensor_stamps", stated.name());
   if (!sequence.info().has_errors()) return;
   entry.set("calibration", stated.name())
       .set("calibration_true", path + "/" + kTrueCalibrationFile)

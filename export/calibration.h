@@ -24,6 +24,11 @@ class StatedCalibration {
   void check_is_true(const capture::SequenceInfo& info, int camera_index, const char* format) const;
   /// When a camera's image was taken; believed: by the camera's own clock.
   double time_s(const capture::FrameRecord& record, int camera_index) const;
+  /// What the clock of a sensor shows at a time, without jitter; not believed: the time.
+  double reading_s(const capture::StreamInfo& stream, double time_s) const;
+  /// When samples of a sensor were taken; believed: by its own clock.
+  std::vector<double> times_s(const capture::StreamInfo& stream,
+                              const capture::Samples& samples) const;
 
  private:
   std::string name_ = "true";
@@ -45,8 +50,8 @@ std::string calibration_text(const capture::SequenceReader& sequence,
 std::string timestamps_csv(const capture::SequenceReader& sequence,
                            const std::vector<ExportedCamera>& cameras);
 
-/// Adds to a sequence's entry in dataset.json which calibration its files state and where both are;
-/// nothing where rigs have no errors.
+/// Adds to a sequence's entry in dataset.json which calibration its files state and where both are, where rigs have errors,
+/// and whose times its files state of sensors with clocks of their own.
 void describe_errors(const capture::SequenceReader& sequence, const StatedCalibration& stated,
                      const std::string& path, core::Json& entry);
 

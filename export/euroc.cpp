@@ -127,7 +127,8 @@ class EurocExporter final : public Exporter {
         {"T_BS", "Takes points of the sensor into B; of cameras x right, y down, z forward."},
         {"time",
          "Nanoseconds since 1970 (UTC), whole. An image's is the middle of its middle line's "
-         "exposure; samples' are true."},
+         "exposure. calibration = \"believed\": by each sensor's own clock, where it has one; "
+         "else true. Those of the truth are true."},
         {"imu",
          "What the instrument shows: specific force (+9.8 m/s^2 along what points up at rest) and "
          "turn rate against the stars, so that the Earth's 7.3e-5 rad/s are in it. Biases of the "
@@ -182,7 +183,7 @@ class EurocExporter final : public Exporter {
                   .imus = {},
                   .local = local_frame(sequence),
                   .stamps_ns = {}};
-    flight.imus = read_imus(sequence, flight.cameras);
+    flight.imus = read_imus(sequence, flight.cameras, calibration_);
     for (std::size_t i = 0; i < flight.cameras.size(); ++i) {
       flight.stamps_ns.push_back(stamps_of(sequence, flight.cameras[i]));
       flight.cameras[i].name = fmt::format("cam{}", i);
@@ -236,12 +237,20 @@ class EurocExporter final : public Exporter {
       writer.write(folder + "/sensor.yaml", camera_yaml(chain[i].name, chain[i].intrinsics,
                                                         info.rate_hz, chain[i].imu_from_camera));
     }
-    const bool has_imu = flight.imu() != nullptr;
+    const std::optional<double> shift_s = timeshift_cam_imu_s(flight);
     writer.write(fmt::format("{}/kalibr/{}", flight.path,
-                             has_imu ? "camchain-imucam.yaml" : "camchain.yaml"),
-                 kalibr_chain(chain, has_imu));
-    if (has_imu)
-      writer.write(flight.path + "/openvins/kalibr_imucam_chain.yaml", openvins_chain(chain));
+                             shift_s ? "camchain-imucam.yaml" : "camchain.yaml"),
+                 kalibr_chain(chain, shift_s));
+    if (shift_s)
+      writer.write(flight.path + "/openvins/kalibr_imucam_chain.yaml",
+                   openvins_chain(chain, *shift_s));
+  }
+
+  /// t_imu = t_cam + this, by what is believed of the IMU's clock; nothing of the cameras' is known beforehand.
+  std::optional<double> timeshift_cam_imu_s(const Flight& flight) const {
+    if (flight.imu() == nullptr) return std::nullopt;
+    const std::optional<capture::StreamClock>& clock = flight.imu()->info.clock;
+    return calibration_.is_believed() && clock ? clock->believed_offset_s : 0.0;
   }
 
   void write_images(const Flight& flight, DatasetWriter& writer,

@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <string_view>
 
 #include "capture/kalibr_text.h"
+#include "core/error.h"
 #include "export/stream_columns.h"
 #include "export/utc_stamps.h"
 
@@ -17,6 +19,8 @@ namespace terracast::exporters {
 
 namespace {
 
+using core::ErrorKind;
+using core::fail;
 using Eigen::Vector3d;
 
 std::int64_t nanoseconds(double time_s) { return std::llround(time_s * 1e9); }
@@ -52,8 +56,9 @@ std::string densities_yaml(const ImuBelief& belief, std::string_view indentation
       belief.accel_noise_mps2_per_sqrt_hz, belief.accel_walk_mps3_per_sqrt_hz);
 }
 
-std::vector<ImuSample> samples_of(const capture::StreamInfo& info,
-                                  const capture::Samples& samples) {
+std::vector<ImuSample> samples_of(const capture::StreamInfo& info, const capture::Samples& samples,
+                                  const StatedCalibration& stated) {
+  const std::vector<double> stamps_s = stated.times_s(info, samples);
   const StreamColumns channels(info);
   const auto gyro = channels.of_axes("gyro_", "xyz", "_radps");
   const auto accel = channels.of_axes("accel_", "xyz", "_mps2");
@@ -70,6 +75,7 @@ std::vector<ImuSample> samples_of(const capture::StreamInfo& info,
       return Vector3d(row[columns[0]], row[columns[1]], row[columns[2]]);
     };
     list.push_back({.time_s = samples.times_s[k],
+                    .stamp_s = stamps_s[k],
                     .gyro_radps = vector(gyro),
                     .accel_mps2 = vector(accel),
                     .ecef_from_imu = {Eigen::Quaterniond(row[turn[0]], row[turn[1]], row[turn[2]],
@@ -101,6 +107,15 @@ std::string about(const ImuBelief& belief) {
   if (!belief.others.empty())
     text += fmt::format("# Beside them it errs by {}.\n", fmt::join(belief.others, ", "));
   return text;
+}
+
+/// What is believed of its clock, for which the files have no key.
+std::string about_clock(const capture::StreamInfo& info) {
+  if (!info.clock) return {};
+  return fmt::format(
+      "# Its clock is believed to be ahead by {} s at the start, to gain {:.6g} ppm and to jitter by "
+      "{} s.\n",
+      info.clock->believed_offset_s, 1e6 * info.clock->believed_drift, info.clock->jitter_sd_s);
 }
 
 }  // namespace
@@ -140,7 +155,8 @@ ImuBelief imu_belief(const std::string& settings_toml) {
 }
 
 std::vector<ImuStream> read_imus(const capture::SequenceReader& sequence,
-                                 const std::vector<ExportedCamera>& cameras) {
+                                 const std::vector<ExportedCamera>& cameras,
+                                 const StatedCalibration& stated) {
   const capture::SequenceInfo& info = sequence.info();
   std::vector<ImuStream> imus;
   for (std::size_t i = 0; i < info.streams.size(); ++i) {
@@ -150,7 +166,8 @@ std::vector<ImuStream> read_imus(const capture::SequenceReader& sequence,
           return info.cameras[static_cast<std::size_t>(camera.camera_index)].rig == stream.rig;
         });
     if (stream.kind != "imu" || !is_taken) continue;
-    imus.push_back({stream, samples_of(stream, sequence.read_samples(static_cast<int>(i)))});
+    imus.push_back(
+        {stream, samples_of(stream, sequence.read_samples(static_cast<int>(i)), stated)});
   }
   return imus;
 }
@@ -206,9 +223,18 @@ std::string imu_csv(const ImuStream& imu, std::int64_t start_ns) {
   std::string text =
       "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
       "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
-  for (const ImuSample& sample : imu.samples)
-    text += fmt::format("{}", start_ns + nanoseconds(sample.time_s)) +
-            all_digits(sample.gyro_radps) + all_digits(sample.accel_mps2) + "\n";
+  std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
+  for (const ImuSample& sample : imu.samples) {
+    const std::int64_t stamp_ns = start_ns + nanoseconds(sample.stamp_s);
+    if (stamp_ns <= last_ns)
+      fail(ErrorKind::Config,
+           "euroc: by its clock IMU {}/{} shows {} ns no later than the sample before it; "
+           "calibration = \"true\" or less clock.jitter_sd_s would do",
+           imu.info.rig, imu.info.name, stamp_ns);
+    last_ns = stamp_ns;
+    text += fmt::format("{}", stamp_ns) + all_digits(sample.gyro_radps) +
+            all_digits(sample.accel_mps2) + "\n";
+  }
   return text;
 }
 
@@ -230,8 +256,9 @@ std::string states_yaml(bool has_imu) {
 std::string imu_yaml(const ImuStream& imu, const geo::Rigid3d& body_from_sensor) {
   const ImuBelief belief = imu_belief(imu.info.settings_toml);
   return fmt::format("sensor_type: imu\ncomment: {}/{}\n\n", imu.info.rig, imu.info.name) +
-         matrix_yaml(body_from_sensor) + fmt::format("rate_hz: {:#}\n\n", imu.info.rate_hz) +
-         about(belief) + densities_yaml(belief, "");
+         about_clock(imu.info) + matrix_yaml(body_from_sensor) +
+         fmt::format("rate_hz: {:#}\n\n", imu.info.rate_hz) + about(belief) +
+         densities_yaml(belief, "");
 }
 
 std::string camera_yaml(const std::string& name, const geo::CameraIntrinsics& intrinsics,
@@ -250,7 +277,7 @@ std::string camera_yaml(const std::string& name, const geo::CameraIntrinsics& in
 
 std::string kalibr_imu(const ImuStream& imu, std::size_t number) {
   const ImuBelief belief = imu_belief(imu.info.settings_toml);
-  return about(belief) + densities_yaml(belief, "") +
+  return about_clock(imu.info) + about(belief) + densities_yaml(belief, "") +
          fmt::format("rostopic: /imu{}\nupdate_rate: {:#}\n", number, imu.info.rate_hz);
 }
 
@@ -274,15 +301,16 @@ std::string openvins_imu(const ImuStream& imu) {
   return text + square("Tg", 0.0);
 }
 
-std::string kalibr_chain(const std::vector<ChainedCamera>& cameras, bool has_imu) {
+std::string kalibr_chain(const std::vector<ChainedCamera>& cameras,
+                         std::optional<double> timeshift_cam_imu_s) {
   std::string text;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const ChainedCamera& camera = cameras[i];
     text += fmt::format("cam{}:\n{}  rostopic: /cam{}/image_raw\n", i,
                         capture::kalibr_camera(camera.intrinsics, camera.name).text(), i);
-    if (has_imu)
+    if (timeshift_cam_imu_s)
       text += "  T_cam_imu:\n" + capture::yaml_rows(camera.imu_from_camera.inverse()) +
-              "  timeshift_cam_imu: 0.0\n";
+              fmt::format("  timeshift_cam_imu: {:#}\n", *timeshift_cam_imu_s);
     if (i > 0)
       text += "  T_cn_cnm1:\n" +
               capture::yaml_rows(camera.imu_from_camera.inverse() * cameras[i - 1].imu_from_camera);
@@ -290,11 +318,12 @@ std::string kalibr_chain(const std::vector<ChainedCamera>& cameras, bool has_imu
   return text;
 }
 
-std::string openvins_chain(const std::vector<ChainedCamera>& cameras) {
+std::string openvins_chain(const std::vector<ChainedCamera>& cameras, double timeshift_cam_imu_s) {
   std::string text = "%YAML:1.0\n\n";
   for (std::size_t i = 0; i < cameras.size(); ++i)
-    text += fmt::format("cam{}:\n{}  rostopic: /cam{}/image_raw\n  timeshift_cam_imu: 0.0\n", i,
-                        capture::kalibr_camera(cameras[i].intrinsics, cameras[i].name).text(), i) +
+    text += fmt::format("cam{}:\n{}  rostopic: /cam{}/image_raw\n  timeshift_cam_imu: {:#}\n", i,
+                        capture::kalibr_camera(cameras[i].intrinsics, cameras[i].name).text(), i,
+                        timeshift_cam_imu_s) +
             "  T_imu_cam:\n" + capture::yaml_rows(cameras[i].imu_from_camera);
   return text;
 }

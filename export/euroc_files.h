@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/frame_reader.h"
+#include "export/calibration.h"
 #include "export/georeference.h"
 
 /// The texts of the ASL layout, in which EuRoC's datasets come, and of the calibrations beside it.
@@ -33,6 +34,7 @@ void check_opencv_model(const capture::CameraCalibration& camera, const char* fo
 /// What an IMU shows at one time, and its state.
 struct ImuSample {
   double time_s = 0.0;
+  double stamp_s = 0.0;  ///< by the IMU's own clock where what is believed is stated; else the time
   Eigen::Vector3d gyro_radps = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_mps2 = Eigen::Vector3d::Zero();
   geo::Rigid3d ecef_from_imu;
@@ -50,7 +52,8 @@ struct ImuStream {
 /// The IMUs of the rigs that are exported, in the order of the config.
 /// throws   Input: damaged samples, or those of an earlier version, whose IMUs do not tell where they are
 std::vector<ImuStream> read_imus(const capture::SequenceReader& sequence,
-                                 const std::vector<ExportedCamera>& cameras);
+                                 const std::vector<ExportedCamera>& cameras,
+                                 const StatedCalibration& stated);
 
 /// State of the body B at one time, in the local frame R.
 struct InertialState {
@@ -69,6 +72,7 @@ std::map<std::int64_t, InertialState> inertial_states(const capture::SequenceRea
 
 /// data.csv of the states, of an IMU (what it shows), of a camera's images.
 std::string states_csv(const std::map<std::int64_t, InertialState>& states);
+/// throws   Config: by its clock an IMU's stamps do not rise by a nanosecond
 std::string imu_csv(const ImuStream& imu, std::int64_t start_ns);
 std::string images_csv(const std::vector<std::int64_t>& stamps_ns);
 
@@ -91,8 +95,10 @@ struct ChainedCamera {
   geo::Rigid3d imu_from_camera;
 };
 /// Kalibr's chain.
-/// has_imu   false: it states each camera from the one before it alone
-std::string kalibr_chain(const std::vector<ChainedCamera>& cameras, bool has_imu);
-std::string openvins_chain(const std::vector<ChainedCamera>& cameras);
+/// timeshift_cam_imu_s   by which the IMU's clock is believed to be ahead of the cameras'; nothing: there is no IMU, and it
+///                       states each camera from the one before it alone
+std::string kalibr_chain(const std::vector<ChainedCamera>& cameras,
+                         std::optional<double> timeshift_cam_imu_s);
+std::string openvins_chain(const std::vector<ChainedCamera>& cameras, double timeshift_cam_imu_s);
 
 }  // namespace terracast::exporters

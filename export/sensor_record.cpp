@@ -88,6 +88,16 @@ Json json_from_channel(const capture::StreamChannel& channel) {
   return Json::object().set("name", channel.name).set("unit", channel.unit);
 }
 
+Json json_from_clock(const capture::StreamClock& clock) {
+  return Json::object()
+      .set("offset_s", clock.offset_s)
+      .set("drift", clock.drift)
+      .set("jitter_sd_s", clock.jitter_sd_s)
+      .set("believed", Json::object()
+                           .set("offset_s", clock.believed_offset_s)
+                           .set("drift", clock.believed_drift));
+}
+
 }  // namespace
 
 void write_sensors(DatasetWriter& writer, const std::string& folder,
@@ -101,16 +111,18 @@ void write_sensors(DatasetWriter& writer, const std::string& folder,
     for (const capture::StreamChannel& channel :
          stream.is_scan ? local_channels(stream.channels) : stream.channels)
       channels.push(json_from_channel(channel));
-    sensors.push(Json::object()
-                     .set("rig", stream.rig)
-                     .set("name", stream.name)
-                     .set("kind", stream.kind)
-                     .set(stream.is_scan ? "folder" : "file", path_of(stream))
-                     .set("rate_hz", stream.rate_hz)
-                     .set("channels", std::move(channels))
-                     .set("body_from_sensor", json_from_pose(stream.body_from_sensor()))
-                     .set("rig_from_sensor", json_from_pose(stream.rig_from_sensor))
-                     .set("settings_toml", stream.settings_toml));
+    Json sensor = Json::object()
+                      .set("rig", stream.rig)
+                      .set("name", stream.name)
+                      .set("kind", stream.kind)
+                      .set(stream.is_scan ? "folder" : "file", path_of(stream))
+                      .set("rate_hz", stream.rate_hz)
+                      .set("channels", std::move(channels))
+                      .set("body_from_sensor", json_from_pose(stream.body_from_sensor()))
+                      .set("rig_from_sensor", json_from_pose(stream.rig_from_sensor))
+                      .set("settings_toml", stream.settings_toml);
+    if (stream.clock) sensor.set("clock", json_from_clock(*stream.clock));
+    sensors.push(std::move(sensor));
   }
   writer.write(folder + "/" + kSensorsFile,
                Json::object()

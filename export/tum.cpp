@@ -257,7 +257,7 @@ class TumExporter final : public Exporter {
     writer.write(flight.path + "/trajectories/body.txt", body);
     const geo::Rigid3d local_from_ecef =
         geo::WorldFrame(flight.local.origin).ecef_from_world().inverse();
-    for (const ImuStream& imu : read_imus(flight.sequence, flight.cameras)) {
+    for (const ImuStream& imu : read_imus(flight.sequence, flight.cameras, StatedCalibration())) {
       const std::string name = imu.info.rig + "/" + imu.info.name;
       std::string rows = pose_head("of the IMU " + name + " at its samples");
       for (const ImuSample& sample : imu.samples)

@@ -116,6 +116,7 @@ void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
   rigs::TrueRigs drawn = rigs::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
   plan.clocks = std::move(drawn.clocks);
   plan.sensors = rigs::mount_sensors(rigs, drawn.cameras);
+  sensors::draw_clocks(plan.sensors, job.config.seed, plan.name);
   if (drawn.cameras == plan.cameras) return;
   plan.believed_cameras = std::move(plan.cameras);
   plan.cameras = std::move(drawn.cameras);

@@ -98,6 +98,11 @@ void append_sensors(std::string& text, const SequencePlan& plan) {
                         info.rate_hz, info.settings_toml);
     append_pose(text, info.rig_from_sensor);
     append_pose(text, info.body_from_rig);
+    if (!info.clock) continue;
+    text += "clock\n";
+    for (const double value : {info.clock->offset_s, info.clock->drift, info.clock->jitter_sd_s,
+                               info.clock->believed_offset_s, info.clock->believed_drift})
+      append_numbers(text, &value, 1);
   }
 }
 

@@ -501,7 +501,8 @@ std::vector<sensors::MountedSensor> mount_sensors(
         fail(ErrorKind::Config,
              "rig {}: a second sensor or camera is called {}; each needs its own name", rig.name,
              options.name);
-      const std::vector<capture::StreamChannel> channels = options.sensor->channels();
+      std::vector<capture::StreamChannel> channels = options.sensor->channels();
+      if (options.clock.is_on()) channels.push_back({.name = capture::kStampChannel, .unit = "s"});
       if (const std::string wrong = capture::wrong_channels(channels); !wrong.empty())
         fail(ErrorKind::Internal, "sensor {}/{} {}{}", rig.name, options.name,
              core::printable(wrong), core::bug_of_plugin(options.sensor.kind()));
@@ -519,8 +520,10 @@ std::vector<sensors::MountedSensor> mount_sensors(
                                                        (vector_of(options.offset_mm) * 1e-3)},
                     .body_from_rig = rig.body_from_rig(),
                     .settings_toml = options.sensor.settings_toml(),
-                    .is_scan = dynamic_cast<const sensors::Scanner*>(&*options.sensor) != nullptr},
-           .sensor = options.sensor});
+                    .is_scan = dynamic_cast<const sensors::Scanner*>(&*options.sensor) != nullptr,
+                    .clock = options.clock.believed()},
+           .sensor = options.sensor,
+           .clock = options.clock});
       look_through_camera(cameras, mounted.back());
     }
   }

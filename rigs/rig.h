@@ -95,7 +95,7 @@ std::vector<sensors::ImagingOptions> imaging_of_cameras(const std::vector<RigOpt
 /// that contradict
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs);
 
-/// The rigs' sensors beside cameras, in file order. Those that look through a camera do so through the one that is given.
+/// The rigs' sensors beside cameras, in file order, their clocks as they are believed to be. Those that look through a camera do so through the one that is given.
 /// cameras   of the rigs, as they are
 /// throws Config: two of a rig with one name, or that of a camera; a camera that a rig does not have, or through which a
 ///        sensor cannot look

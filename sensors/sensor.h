@@ -17,6 +17,7 @@
 #include "geo/rigid3.h"
 #include "geo/trajectory.h"
 #include "scene/scene.h"
+#include "sensors/clock.h"
 #include "world/ray_trail.h"
 
 namespace terracast::sensors {
@@ -126,6 +127,7 @@ struct SensorOptions {
   double rate_hz = 100.0;
   std::vector<double> offset_mm;  ///< in the rig's axes; empty: 0
   std::vector<double> euler_deg;  ///< yaw, pitch, roll as of cameras; empty: 0
+  ClockOptions clock;
   core::Choice<SensorInfo> sensor;
 
   void describe(core::SchemaVisitor& visit);
@@ -134,9 +136,10 @@ struct SensorOptions {
 
 /// A sensor of a sequence's body, with the record of its stream.
 struct MountedSensor {
-  capture::StreamInfo info;
+  capture::StreamInfo info;  ///< its clock as it is believed to be, until draw_clocks()
   core::Choice<SensorInfo> sensor;
   std::optional<capture::CameraCalibration> camera = {};  ///< as SensorSite::camera
+  ClockOptions clock = {};
 
   /// memory   as SensorSite::memory
   capture::Samples measure(const scene::Scene& scene, const geo::BodyMotion& body,
@@ -146,5 +149,10 @@ struct MountedSensor {
   /// Scanner::least_rays_per_s(); of what is no scanner 0.
   double least_rays_per_s() const;
 };
+
+/// Draws how far the sensors' clocks are from what is believed of them: by the seed and the names of sequence, rig and
+/// sensor alone.
+void draw_clocks(std::vector<MountedSensor>& sensors, std::int64_t seed,
+                 const std::string& sequence);
 
 }  // namespace terracast::sensors

@@ -61,6 +61,10 @@ void SensorOptions::describe(core::SchemaVisitor& visit) {
             "Yaw about up (positive left), pitch about left (positive down), roll about forward, "
             "intrinsic, of a sensor that looks forward; empty: 0.",
             core::size_of(3));
+  visit.optional_section(
+      "clock", clock,
+      "The sensor's own clock, by which its samples are stamped; without keys it "
+      "shows the time.");
   sensor.describe(visit, "kind", "sensor",
                   "Kind of sensor; it decides further keys (`terracast list sensors`).", sensors());
 }
@@ -73,6 +77,7 @@ void SensorOptions::validate() const {
     for (const double number : *numbers)
       if (!std::isfinite(number))
         fail(ErrorKind::Config, "sensor {}: {} is not a finite number", name, number);
+  core::with_context([&] { clock.check_order(rate_hz); }, fmt::format("checking sensor {}", name));
   sensor.validate();
   if (!sensor->camera().empty() && !(offset_mm.empty() && euler_deg.empty()))
     fail(ErrorKind::Config,
@@ -110,6 +115,8 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
       .trail = trail,
       .camera = camera ? &*camera : nullptr,
       .memory = memory};
+  // The sensor knows nothing of its clock.
+  const std::size_t num_channels = info.channels.size() - (info.clock ? 1 : 0);
   core::with_context(
       [&] {
         if (const auto* const scanner = dynamic_cast<const Scanner*>(&*sensor)) {
@@ -117,10 +124,11 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
           return;
         }
         samples.times_s = capture::times_of(ticks, info.rate_hz);
-        samples.values.resize(samples.times_s.size() * info.channels.size());
+        samples.values.resize(samples.times_s.size() * num_channels);
         sensor->measure(site, samples.times_s, samples.values);
       },
       fmt::format("measuring with {}", names));
+  if (info.clock) add_stamps(*info.clock, site.stream_seed, info.rate_hz, num_channels, samples);
   const auto nan = std::find_if(samples.values.begin(), samples.values.end(),
                                 [](double value) { return std::isnan(value); });
   if (nan != samples.values.end()) {
@@ -130,6 +138,14 @@ capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::Bo
          core::bug_of_plugin(sensor.kind()));
   }
   return samples;
+}
+
+void draw_clocks(std::vector<MountedSensor>& sensors, std::int64_t seed,
+                 const std::string& sequence) {
+  for (MountedSensor& sensor : sensors)
+    if (sensor.info.clock)
+      sensor.info.clock = drawn_clock(sensor.clock, seed,
+                                      sequence + "/" + sensor.info.rig + "/" + sensor.info.name);
 }
 
 }  // namespace terracast::sensors

@@ -8,7 +8,8 @@
 #define TERRACAST_CHECKS(X)                                                                        \
   X(bounds, "what bounds.csv says that depth and flow may err by, against the depths")             \
   X(calibration, "intrinsics and mounts of the format's files against dataset.json")               \
-  X(clocks, "time stamps by cameras' own clocks against what calibration_true.json says of these") \
+  X(clocks,                                                                                        \
+    "time stamps by cameras' and sensors' own clocks against what is said of these clocks")        \
   X(colmap_files,                                                                                  \
     "database.db, rig_config.json, georegistration.txt against the model and georeference.csv")    \
   X(colmap_model,                                                                                  \

@@ -137,6 +137,8 @@ struct StereoPair {
   double baseline_m = 0.0;  ///< as the format states it (or its poses, where it states none)
 };
 
+struct SensorRecord;  // validate/readers/sensors.h
+
 struct Sequence {
   std::string name;
   std::string path;
@@ -149,6 +151,8 @@ struct Sequence {
   /// The format's own files state the calibration and the times that are believed, where rigs have errors;
   /// intrinsics, poses, models and times here are the true ones all the same (validate/belief.h).
   bool states_belief = false;
+  /// The format's own files stamp samples of sensors beside cameras by the sensors' own clocks.
+  bool states_sensor_stamps = false;
   bool has_poses_of_rows = false;  ///< the format has no poses but those of georeference.csv
   /// Of motion.csv, one a frame; empty: none is there.
   std::vector<std::optional<BodyMotion>> motion;
@@ -166,6 +170,8 @@ struct Sequence {
   std::vector<std::optional<OxtsPacket>> oxts;  ///< KITTI raw: one a frame
   Pose camera0_from_imu;                        ///< KITTI raw: by its calibration
   std::vector<Pose> first_from_camera0;         ///< KITTI raw: of the poses beside the packets
+  /// A diagnosis's sensors beside cameras, in the place of those of the files; null: the files'.
+  std::shared_ptr<const std::vector<SensorRecord>> tried_sensors;
 
   /// Index of a camera; -1 when there is none.
   int camera_index(const std::string& camera_name) const;

@@ -450,6 +450,13 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
     believed = read_calibrations(dataset, addition("calibration_true"),
                                  addition("calibration_believed"), sequence, findings);
   }
+  if (json.has("sensor_stamps")) {
+    const std::string stamps = json.at("sensor_stamps").string();
+    if (stamps != "true" && stamps != "believed")
+      fail(ErrorKind::Input, "dataset.json: sensor_stamps = \"{}\"; true and believed are known",
+           core::first_letters(stamps, 60));
+    sequence.states_sensor_stamps = stamps == "believed";
+  }
   if (json.has("timestamps")) read_timestamps(dataset, addition("timestamps"), sequence, findings);
   // The format's files state what is believed, and are held against that.
   if (sequence.states_belief) exchange_mounts(sequence, believed);

@@ -9,6 +9,7 @@
 #include "validate/causes/trial.h"
 #include "validate/checks/checker.h"
 #include "validate/report_page.h"
+#include "validate/sensor_diagnosis.h"
 
 // One line a kind of causes; the file is causes/<name>.cpp and defines make_<name>_causes(). Of
 // causes that repair equally much at the same rank, the one that stands first is named.
@@ -275,7 +276,9 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
                             const ValidateOptions& options, const core::Context& context,
                             std::int64_t least_effort) {
   std::vector<CheckResult> failed = failed_results;
-  std::erase_if(failed, [](const CheckResult& result) { return result.name == kStructure; });
+  std::erase_if(failed, [](const CheckResult& result) {
+    return result.name == kStructure || is_of_sensors(result.name);
+  });
   std::vector<std::string> own_damage;
   for (const std::string& line : damage)
     if (is_of_sequence(line, dataset, sequence)) own_damage.push_back(line);

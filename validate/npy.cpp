@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <string_view>
@@ -220,6 +221,23 @@ double NpyTable::number(const Column& of, std::size_t row) const {
   if (of.kind == 'f') return of.item_size == 4 ? number_at<float>(at) : number_at<double>(at);
   if (of.item_size == 1) return number_at<std::uint8_t>(at);
   return of.item_size == 2 ? number_at<std::uint16_t>(at) : number_at<std::uint32_t>(at);
+}
+
+void NpyTable::set_number(const Column& of, std::size_t row, double value) {
+  std::byte* const at = bytes.data() + row * row_bytes + of.offset;
+  const auto put = [at](auto number) { std::memcpy(at, &number, sizeof(number)); };
+  const double most = std::ldexp(1.0, 8 * static_cast<int>(of.item_size)) - 1.0;
+  if (of.kind == 'f') {
+    if (of.item_size == 4)
+      put(static_cast<float>(value));
+    else
+      put(value);
+    return;
+  }
+  const double count = value > 0.0 ? std::min(std::round(value), most) : 0.0;
+  if (of.item_size == 1) put(static_cast<std::uint8_t>(count));
+  if (of.item_size == 2) put(static_cast<std::uint16_t>(count));
+  if (of.item_size == 4) put(static_cast<std::uint32_t>(count));
 }
 
 std::vector<double> NpyTable::numbers(std::string_view column_name, const std::string& file) const {

@@ -46,6 +46,8 @@ struct NpyTable {
   const Column& column(std::string_view name, const std::string& file) const;
   /// As a double, which holds it exactly.
   double number(const Column& of, std::size_t row) const;
+  /// Rounded to the column's type; a count is cut to what it holds.
+  void set_number(const Column& of, std::size_t row, double value);
   /// Those of all rows.
   /// throws  Input: no such column
   std::vector<double> numbers(std::string_view column, const std::string& file) const;

@@ -91,9 +91,9 @@ std::vector<Pose> poses_part(const std::vector<Pose>& first_from_camera0, const 
 Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                  const std::vector<int>& kept_cameras) {
   const auto& [name, path, num_all_frames, rate_hz, utc_start, origin, geometry, times_s,
-               states_belief, has_poses_of_rows, motion, moving, cameras, stereo, scans, classes,
+               states_belief, states_sensor_stamps, has_poses_of_rows, motion, moving, cameras, stereo, scans, classes,
                local_from_first, binary_model, text_model, believed_model, oxts, camera0_from_imu,
-               first_from_camera0] = sequence;
+               first_from_camera0, tried_sensors] = sequence;
   const Span span{
       .first = first_frame, .count = num_frames, .start_s = first_frame / sequence.rate_hz};
   Sequence part{.name = name,
@@ -105,6 +105,7 @@ Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                 .geometry = geometry,
                 .times_s = span.cut_times(times_s),
                 .states_belief = states_belief,
+                .states_sensor_stamps = states_sensor_stamps,
                 .has_poses_of_rows = has_poses_of_rows,
                 .motion = span.cut(motion),
                 .moving = moving_part(moving, span),
@@ -118,7 +119,8 @@ Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                 .believed_model = std::nullopt,
                 .oxts = span.cut(oxts),
                 .camera0_from_imu = camera0_from_imu,
-                .first_from_camera0 = poses_part(first_from_camera0, span)};
+                .first_from_camera0 = poses_part(first_from_camera0, span),
+                .tried_sensors = tried_sensors};
   for (const int camera : kept_cameras)
     part.cameras.push_back(camera_part(cameras[static_cast<std::size_t>(camera)], span));
   return part;

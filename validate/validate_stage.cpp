@@ -14,6 +14,7 @@
 #include "validate/diagnosis.h"
 #include "validate/plugin_format.h"
 #include "validate/report.h"
+#include "validate/sensor_diagnosis.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -130,18 +131,20 @@ std::vector<Cause> diagnose_all(const Dataset& dataset, const std::vector<Checke
                                 std::vector<std::string> damage, const ValidateOptions& options,
                                 const core::Context& context) {
   std::vector<Cause> causes;
-  for (std::size_t i = 0; i < dataset.sequences.size(); ++i) {
-    std::vector<CheckResult> failed = checked[i].failed;
-    std::vector<Cause> own = known_causes(failed, dataset.sequences[i].name);
-    std::erase_if(failed, [](const CheckResult& result) { return result.mistake.has_value(); });
-    std::vector<Cause> found = diagnose(dataset, dataset.sequences[i], failed,
-                                        checked[i].num_comparisons, damage, options, context);
-    std::move(found.begin(), found.end(), std::back_inserter(own));
-    for (Cause& cause : own) {
+  const auto add = [&](std::vector<Cause> found) {
+    for (Cause& cause : found) {
       if (dataset.sequences.size() > 1) cause.words = cause.sequence + ": " + cause.words;
       cause.words = core::printable(cause.words);
       causes.push_back(std::move(cause));
     }
+  };
+  for (std::size_t i = 0; i < dataset.sequences.size(); ++i) {
+    const Sequence& sequence = dataset.sequences[i];
+    std::vector<CheckResult> failed = checked[i].failed;
+    add(known_causes(failed, sequence.name));
+    std::erase_if(failed, [](const CheckResult& result) { return result.mistake.has_value(); });
+    add(diagnose(dataset, sequence, failed, checked[i].num_comparisons, damage, options, context));
+    add(diagnose_sensors(dataset, sequence, failed, options));
   }
   add_damage(damage, causes);
   return causes;

@@ -50,6 +50,16 @@ BagWriter::BagWriter(const capture::SequenceReader& sequence, const BagPlan& pla
     check(at_ns(record.time_s));
     for (const BagCamera& camera : plan.cameras)
       check(camera_header(record.index, camera).stamp_ns);
+    for (const BagSensor& sensor : plan.sensors) {
+      const capture::StreamInfo& stream =
+          sequence.info().streams[static_cast<std::size_t>(sensor.stream_index)];
+      // Of as many deviations no stamp jitters.
+      constexpr double kBeyondJitter = 5.0;
+      const double jitter_s = stream.clock ? kBeyondJitter * stream.clock->jitter_sd_s : 0.0;
+      const double stamp_s = calibration_.reading_s(stream, record.time_s);
+      check(at_ns(stamp_s - jitter_s));
+      check(at_ns(stamp_s + jitter_s + kAfterLastFrame_s));
+    }
   }
 }
 
@@ -155,13 +165,17 @@ void BagWriter::add_sensors(int frame) {
   for (const BagSensor& sensor : plan_.sensors) {
     const capture::StreamInfo& stream = info.streams[static_cast<std::size_t>(sensor.stream_index)];
     const capture::Samples samples = sequence_.read_samples(sensor.stream_index, frame);
+    MessageTimes times;
+    times.stamps_s = calibration_.times_s(stream, samples);
+    times.ticks_s = capture::times_of(
+        capture::ticks_of_frame(stream.rate_hz, info.rate_hz, frame, info.num_frames),
+        stream.rate_hz);
+    for (const double time_s : times.ticks_s)
+      times.tick_stamps_s.push_back(calibration_.reading_s(stream, time_s));
     sensor.messages->make(
-        samples,
-        capture::times_of(
-            capture::ticks_of_frame(stream.rate_hz, info.rate_hz, frame, info.num_frames),
-            stream.rate_hz),
-        [&](double time_s) {
-          return RosHeader{at_ns(time_s), sensor.frame_id};
+        samples, times,
+        [&](double stamp_s) {
+          return RosHeader{at_ns(stamp_s), sensor.frame_id};
         },
         [&](std::size_t topic, double time_s, RosMessage message) {
           pending_.push_back({at_ns(time_s), sensor.first_channel + topic, std::move(message)});

@@ -30,12 +30,12 @@ class SampleMessages : public SensorMessages {
   explicit SampleMessages(const capture::StreamInfo& stream)
       : num_channels_(stream.channels.size()) {}
 
-  void make(const capture::Samples& samples, const std::vector<double>&,
+  void make(const capture::Samples& samples, const MessageTimes& times,
             const std::function<RosHeader(double)>& header, const Take& take) const override {
     for (std::size_t i = 0; i < samples.times_s.size(); ++i) {
       const double time_s = samples.times_s[i];
       make_one(
-          &samples.values[i * num_channels_], header(time_s),
+          &samples.values[i * num_channels_], header(times.stamps_s[i]),
           [&](std::size_t topic, RosMessage message) { take(topic, time_s, std::move(message)); });
     }
   }
@@ -193,17 +193,18 @@ class LidarMessages final : public SensorMessages {
       columns_[i] = StreamColumns(stream).at(kNames[i]);
   }
   std::vector<SensorTopic> topics() const override { return {{"", "sensor_msgs/msg/PointCloud2"}}; }
-  void make(const capture::Samples& scans, const std::vector<double>& tick_times_s,
+  void make(const capture::Samples& scans, const MessageTimes& times,
             const std::function<RosHeader(double)>& header, const Take& take) const override {
+    const std::vector<double>& ticks_s = times.ticks_s;
     std::size_t row = 0;
-    for (std::size_t k = 0; k < tick_times_s.size(); ++k) {
+    for (std::size_t k = 0; k < ticks_s.size(); ++k) {
       const std::size_t begin = row;
       while (row < scans.times_s.size() &&
-             (k + 1 == tick_times_s.size() || scans.times_s[row] < tick_times_s[k + 1]))
+             (k + 1 == ticks_s.size() || scans.times_s[row] < ticks_s[k + 1]))
         ++row;
-      take(0, tick_times_s[k],
-           point_cloud_message(header(tick_times_s[k]), kFields, kPointBytes,
-                               points(scans, begin, row, tick_times_s[k])));
+      take(0, ticks_s[k],
+           point_cloud_message(header(times.tick_stamps_s[k]), kFields, kPointBytes,
+                               points(scans, times, begin, row, times.tick_stamps_s[k])));
     }
   }
 
@@ -219,9 +220,9 @@ class LidarMessages final : public SensorMessages {
                                          RosPointField{"return_number", 22, RosPointField::kUint8},
                                          RosPointField{"num_returns", 23, RosPointField::kUint8}};
 
-  /// Rows begin … end - 1, as kFields has them.
-  std::vector<std::byte> points(const capture::Samples& scans, std::size_t begin, std::size_t end,
-                                double start_s) const {
+  /// Rows begin … end - 1, as kFields has them; their stamps from the message's own on.
+  std::vector<std::byte> points(const capture::Samples& scans, const MessageTimes& times,
+                                std::size_t begin, std::size_t end, double start_s) const {
     std::vector<std::byte> bytes((end - begin) * kPointBytes);
     std::byte* to = bytes.data();
     const auto put = [&to](auto number) {
@@ -231,7 +232,7 @@ class LidarMessages final : public SensorMessages {
     for (std::size_t row = begin; row < end; ++row) {
       const double* values = &scans.values[row * num_channels_];
       for (std::size_t i = 0; i < 4; ++i) put(static_cast<float>(values[columns_[i]]));
-      put(static_cast<float>(scans.times_s[row] - start_s));
+      put(static_cast<float>(times.stamps_s[row] - start_s));
       put(static_cast<std::uint16_t>(values[columns_[4]]));
       put(static_cast<std::uint8_t>(values[columns_[5]]));
       put(static_cast<std::uint8_t>(values[columns_[6]]));

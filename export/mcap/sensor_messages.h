@@ -17,6 +17,14 @@ struct SensorTopic {
   std::string type;
 };
 
+/// The times that messages of some samples have.
+struct MessageTimes {
+  std::vector<double> stamps_s;  ///< of each sample, as the clock that is stated shows them
+  std::vector<double>
+      ticks_s;  ///< true, of the ticks that the samples are of: scanners have a message for each
+  std::vector<double> tick_stamps_s;  ///< as the clock shows them, without jitter
+};
+
 /// What a sensor of one kind is written as.
 class SensorMessages {
  public:
@@ -25,11 +33,10 @@ class SensorMessages {
 
   /// Takes a message on one of the topics, of a time since the sequence's start.
   using Take = std::function<void(std::size_t topic, double time_s, RosMessage message)>;
-  /// The messages of some samples, by topic and time.
-  /// tick_times_s   of the ticks that the samples are of: scanners have a message for each
-  /// header         gives the header of a message of a time
-  virtual void make(const capture::Samples& samples, const std::vector<double>& tick_times_s,
-                    const std::function<RosHeader(double time_s)>& header,
+  /// The messages of some samples, by topic and true time.
+  /// header   gives the header of a message of a stamp
+  virtual void make(const capture::Samples& samples, const MessageTimes& times,
+                    const std::function<RosHeader(double stamp_s)>& header,
                     const Take& take) const = 0;
 };
 

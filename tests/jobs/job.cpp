@@ -312,6 +312,27 @@ std::vector<std::string> draw_exports(Draws draws, const std::vector<JobRig>& ri
   return exports;
 }
 
+/// Formats of sensors beside cameras.
+void add_sensor_exports(Draws draws, const std::vector<JobRig>& rigs,
+                        std::vector<std::string>& exports) {
+  std::vector<std::string> of_euroc;
+  bool has_sensors = false;
+  for (const JobRig& rig : rigs) {
+    if (rig.has_lenses_of_euroc) of_euroc.push_back(fmt::format("\"{}\"", rig.name));
+    has_sensors |= rig.has_sensors;
+  }
+  if (!has_sensors || of_euroc.empty()) return;
+  const auto add = [&](const char* format, const char* keys) {
+    if (draws.chance(0.5))
+      exports.push_back(
+          fmt::format("format = \"{}\"\nrigs = [{}]\n{}", format, fmt::join(of_euroc, ", "), keys));
+  };
+  const char* const belief = draws.chance(0.6) ? "calibration = \"believed\"\n" : "";
+  add("mcap", belief);
+  add("euroc", belief);
+  add("tum", "");
+}
+
 /// "[\"@/rig0.toml\", \"@/rig1.toml\"]", the files added to the job.
 std::string add_list(GeneratedJob& job, const std::string& stem,
                      const std::vector<std::string>& texts) {
@@ -367,8 +388,9 @@ GeneratedJob generate_job(std::uint64_t seed, const JobChoice& choice) {
   set("moving", add_list(job, "body", draw_movers(Draws(seed, "movers"), world, flight)));
   set("traffic", add_list(job, "traffic", draw_traffic(Draws(seed, "traffic"), world, flight)));
   set("conditions", "\"@conditions.toml\"");
-  set("exports",
-      add_list(job, "export", draw_exports(Draws(seed, "exports"), rigs, size.num_frames)));
+  std::vector<std::string> exports = draw_exports(Draws(seed, "exports"), rigs, size.num_frames);
+  add_sensor_exports(Draws(seed, "exports of sensors"), rigs, exports);
+  set("exports", add_list(job, "export", exports));
   return job;
 }
 

@@ -184,6 +184,109 @@ std::string draw_imu(Draws draws) {
       draws.log_between(1e-6, 1e-1));
 }
 
+/// A sensor's head, somewhere on the rig.
+/// turn_deg   how far it may be turned about each axis
+std::string draw_mount(Draws& draws, const char* name, const char* kind, double rate_hz,
+                       double turn_deg) {
+  return fmt::format(
+      "[[sensors]]\nname = \"{}\"\nkind = \"{}\"\nrate_hz = {}\noffset_mm = [{:.1f}, {:.1f}, "
+      "{:.1f}]\neuler_deg = [{:.2f}, {:.2f}, {:.2f}]\n",
+      name, kind, rate_hz, draws.both_ways(2000.0), draws.both_ways(800.0), draws.both_ways(800.0),
+      draws.both_ways(turn_deg), draws.both_ways(0.5 * turn_deg), draws.both_ways(turn_deg));
+}
+
+/// Most sensors' clocks show the time.
+std::string draw_clock(Draws& draws, double rate_hz) {
+  if (!draws.chance(0.4)) return "";
+  std::string keys = fmt::format("offset_s = {:.6f}", draws.both_ways(2.0));
+  if (draws.chance(0.7))
+    keys += fmt::format(", offset_sd_s = {:.3g}", draws.log_between(1e-6, 1e-1));
+  if (draws.chance(0.7))
+    keys += fmt::format(", drift_ppm = {:.3f}, drift_sd_ppm = {:.3g}", draws.both_ways(100.0),
+                        draws.log_between(0.01, 50.0));
+  if (draws.chance(0.7))
+    keys += fmt::format(", jitter_sd_s = {:.3g}", draws.log_between(1e-9, 0.1) / rate_hz);
+  return "clock = {" + keys + "}\n";
+}
+
+std::string draw_lidar(Draws& draws) {
+  const double rate_hz = draws.among({5.0, 10.0, 20.0});
+  std::string text =
+      draw_mount(draws, "scanner", "lidar", rate_hz, 180.0) + draw_clock(draws, rate_hz);
+  switch (draws.below(4)) {
+    case 0:
+      text += fmt::format("pattern = \"spinning\"\ncolumns = {}\norigin_mm = {:.1f}\n",
+                          20 + draws.below(100), draws.between(0.0, 50.0));
+      break;
+    case 1:
+      text += fmt::format("pattern = \"polygon\"\npulse_hz = {:.0f}\n",
+                          draws.log_between(500.0, 5000.0));
+      break;
+    case 2:
+      text += fmt::format("pattern = \"raster\"\nrows = {}\ncolumns = {}\n", 4 + draws.below(12),
+                          8 + draws.below(40));
+      break;
+    default:
+      text += fmt::format("pattern = \"risley\"\npulse_hz = {:.0f}\n",
+                          draws.log_between(500.0, 5000.0));
+  }
+  if (draws.chance(0.5)) text += fmt::format("range_noise_m = {:.4f}\n", draws.between(0.0, 0.05));
+  if (draws.chance(0.3)) text += "range_step_m = 0.002\n";
+  if (draws.chance(0.3))
+    text += fmt::format("rays = {}\ndivergence_mrad = {:.2f}\nmost_returns = {}\n",
+                        draws.among({7, 19}), draws.between(0.1, 3.0), 1 + draws.below(3));
+  return text;
+}
+
+std::string draw_gnss(Draws& draws) {
+  const double rate_hz = draws.among({1.0, 5.0, 10.0, 20.0});
+  std::string text =
+      draw_mount(draws, "receiver", "gnss", rate_hz, 180.0) + draw_clock(draws, rate_hz);
+  const auto errors = [&](const char* section, double size_m) {
+    return fmt::format(
+        "[sensors.{}]\nmarkov_horizontal_m = {:.3f}\nmarkov_vertical_m = {:.3f}\n"
+        "noise_horizontal_m = {:.3f}\nvelocity_noise_horizontal_mps = {:.3f}\n",
+        section, size_m * draws.unit(), size_m * draws.unit(), size_m * draws.unit(),
+        0.1 * draws.unit());
+  };
+  if (draws.chance(0.3))
+    return text + "mode = \"rtk\"\n" + errors("fixed", 0.02) + errors("floating", 0.5);
+  return draws.chance(0.7) ? text + errors("single", 2.0) : text;
+}
+
+/// What stands beside cameras and IMUs: each rarely, and not always without errors.
+std::string draw_sensors(Draws draws) {
+  std::string text;
+  if (draws.chance(0.25)) text += draw_lidar(draws);
+  if (draws.chance(0.25)) text += draw_gnss(draws);
+  if (draws.chance(0.2)) {
+    const double rate_hz = draws.among({10.0, 25.0, 50.0});
+    text += draw_mount(draws, "air", "barometer", rate_hz, 180.0) + draw_clock(draws, rate_hz) +
+            fmt::format("sea_level_pressure_pa = {:.1f}\nwarmer_k = {:.2f}\n",
+                        draws.between(98000.0, 104000.0), draws.both_ways(20.0));
+    if (draws.chance(0.5))
+      text += fmt::format("[sensors.errors]\nnoise_pa = {:.2f}\n", 5.0 * draws.unit());
+  }
+  if (draws.chance(0.2)) {
+    const double rate_hz = draws.among({10.0, 50.0, 100.0});
+    text +=
+        draw_mount(draws, "compass", "magnetometer", rate_hz, 180.0) + draw_clock(draws, rate_hz);
+    if (draws.chance(0.5))
+      text += fmt::format("hard_iron_nt = [{:.1f}, {:.1f}, {:.1f}]\n", draws.both_ways(5000.0),
+                          draws.both_ways(5000.0), draws.both_ways(5000.0));
+  }
+  if (draws.chance(0.2)) {
+    const double rate_hz = draws.among({10.0, 40.0, 100.0});
+    text += draw_mount(draws, "laser", "rangefinder", rate_hz, 60.0) + draw_clock(draws, rate_hz);
+  }
+  if (draws.chance(0.1)) {
+    const double rate_hz = draws.among({10.0, 20.0});
+    text +=
+        draw_mount(draws, "radar", "radar_altimeter", rate_hz, 20.0) + draw_clock(draws, rate_hz);
+  }
+  return text;
+}
+
 JobRig draw_cameras(const std::string& name, Draws draws, const JobSize& size) {
   enum Kind { kSingle, kPair, kSeveral, kFisheyes, kWide, kTartanAir, kTartanAirV1 };
   const int kind = draws.weighted({3.0, 4.0, 2.0, 1.0, 1.0, 0.6, 0.6});
@@ -231,6 +334,7 @@ JobRig draw_cameras(const std::string& name, Draws draws, const JobSize& size) {
         "right", image,
         keys + fmt::format("offset_mm = [0.0, {:.2f}, 0.0]\n", -baseline_mm) + shutter + exposure);
     rig.is_rectified_pair = true;
+    rig.has_lenses_of_euroc = true;
     return rig;
   }
   for (int i = 0; i < rig.num_cameras; ++i) {
@@ -246,6 +350,7 @@ JobRig draw_cameras(const std::string& name, Draws draws, const JobSize& size) {
                             keys + (draws.chance(0.7) ? shutter : "") + exposure);
   }
   rig.has_lenses_of_colmap = kind != kWide;
+  rig.has_lenses_of_euroc = kind == kSingle || kind == kSeveral;
   return rig;
 }
 
@@ -256,6 +361,9 @@ JobRig draw_rig(const std::string& name, Draws draws, const JobSize& size) {
   // A stream of its own: the cameras of a seed are what they were before there were such units.
   Draws of_imu(draws.seed(), name + " imu");
   if (of_imu.chance(0.3)) rig.text += draw_imu(of_imu);
+  const std::string others = draw_sensors(Draws(draws.seed(), name + " sensors"));
+  rig.has_sensors = !others.empty();
+  rig.text += others;
   return rig;
 }
 

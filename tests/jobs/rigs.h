@@ -16,6 +16,8 @@ struct JobRig {
   bool is_rectified_pair =
       false;  ///< of cameras called left and right, without errors of their mounts
   bool has_lenses_of_colmap = true;
+  bool has_lenses_of_euroc = false;
+  bool has_sensors = false;  ///< beside cameras and IMUs
   bool is_of_tartanair = false;
   bool is_of_tartanair_v1 = false;
   bool has_errors = false;

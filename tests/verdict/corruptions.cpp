@@ -14,6 +14,7 @@
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "tests/jobs/draws.h"
+#include "tests/verdict/sensor_corruptions.h"
 #include "tests/verdict/tables.h"
 #include "validate/npy.h"
 
@@ -358,7 +359,7 @@ bool change_packet(const fs::path& folder, Draws& draws, double speed_mps) {
 }  // namespace
 
 const std::vector<Corruption>& corruptions() {
-  static const std::vector<Corruption> all{
+  static const std::vector<Corruption> of_images{
       {"depths of a camera scaled",
        "%",
        0.01,
@@ -483,6 +484,11 @@ const std::vector<Corruption>& corruptions() {
        {},
        {"flow"},
        {"flow_order"}}};
+  static const std::vector<Corruption> all = [] {
+    std::vector<Corruption> list = of_images;
+    for (const Corruption& one : plain_sensor_corruptions()) list.push_back(one);
+    return list;
+  }();
   return all;
 }
 

@@ -3,16 +3,25 @@
 #include <cmath>
 
 #include "validate/checks/checker.h"
+#include "validate/checks/sensor_clocks.h"
 #include "validate/null_distribution.h"
 
-/// timestamps.csv against the clocks of calibration_true.json.
+/// timestamps.csv against the clocks of calibration_true.json, and stamps of sensors beside cameras against sensors.json.
 namespace terracast::validate {
 
 namespace {
 
 class ClocksChecker : public Checker {
  public:
-  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+  std::vector<CheckResult> finish(const Dataset& dataset, const Sequence& sequence) override {
+    std::vector<CheckResult> results = {of_cameras(sequence)};
+    for (CheckResult& result : compare_sensor_clocks(dataset, sequence))
+      results.push_back(std::move(result));
+    return results;
+  }
+
+ private:
+  static CheckResult of_cameras(const Sequence& sequence) {
     CheckResult result;
     result.name = "clocks";
     result.unit = "of what the jitter allows";
@@ -23,7 +32,7 @@ class ClocksChecker : public Checker {
       for (std::size_t i = 0; i < camera.stamps_s.size() && i < camera.georeference.size(); ++i)
         if (camera.georeference[i])
           compare(camera, i, camera.georeference[i]->time_s, num_stamps, result);
-    if (num_stamps == 0) return {skipped_result("clocks", "all clocks show the time")};
+    if (num_stamps == 0) return skipped_result("clocks", "the clocks of all cameras show the time");
     result.ok = result.is_within_bound();
     result.summary = fmt::format(
         "{} stamps of timestamps.csv against t + offset_s + drift t of calibration_true.json.",
@@ -32,10 +41,9 @@ class ClocksChecker : public Checker {
         "Stamps have nine decimals; the largest of as many normal deviates of jitter_sd_s is "
         "beyond this with a probability of 1e-9.";
     result.detects = "stamps of another camera or frame; 1 ns where a clock does not jitter";
-    return {result};
+    return result;
   }
 
- private:
   static void compare(const Camera& camera, std::size_t frame, double time_s,
                       std::int64_t num_stamps, CheckResult& result) {
     // Half a nanosecond of each of the two times, and the doubles' rounding.

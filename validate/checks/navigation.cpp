@@ -138,7 +138,7 @@ class NavigationChecker : public Checker {
     for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
       constexpr double kSameTime = 1e-9;
       const double frame = sensor.times_s[k] * sequence.rate_hz;
-      if (std::abs(frame - std::round(frame)) > kSameTime) continue;
+      if (std::abs(frame - std::round(frame)) > kSameTime || !sensor.is_known(k)) continue;
       const auto at = static_cast<std::size_t>(std::lround(frame));
       if (at >= static_cast<std::size_t>(sequence.num_frames)) continue;
       const std::optional<Pose> body = local_from_body(sequence, at);
@@ -239,7 +239,8 @@ class NavigationChecker : public Checker {
       const double smallest_mps = allowed_m / (2.0 * step_s);
       // What would hide such an error shows nothing.
       constexpr double kWorthFinding_mps = 0.1;
-      if (smallest_mps > kWorthFinding_mps) continue;
+      if (smallest_mps > kWorthFinding_mps || !sensor.is_known(k - 1) || !sensor.is_known(k + 1))
+        continue;
       const Vector3d way = step_s / 3.0 * (speeds[k - 1] + 4.0 * speeds[k] + speeds[k + 1]);
       const double off_m = (places[k + 1] - places[k - 1] - way).norm();
       speed_.note(off_m, allowed_m,
@@ -250,6 +251,7 @@ class NavigationChecker : public Checker {
   /// No normal deviate of a million is beyond 8; without errors what is shown is the truth.
   void compare_with_sigmas(const SensorRecord& sensor) {
     for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
+      if (!sensor.is_known(k)) continue;
       const double* row = sensor.row(k);
       const Stated shown(row), truth(row + kTruth);
       const bool is_fix = row[kFix] == 1.0 || row[kFix] == 4.0 || row[kFix] == 5.0;
@@ -273,12 +275,18 @@ class NavigationChecker : public Checker {
       note("velocity_north_mps", speed.x(), sigma[2], 1e-9);
       note("velocity_east_mps", speed.y(), sigma[2], 1e-9);
       note("velocity_down_mps", speed.z(), sigma[3], 1e-9);
-      // Heights above sea level go with those above the ellipsoid, but for the geoid's slope.
-      constexpr double kSlope = 1e-3;
+      // Heights above sea level go with those above the ellipsoid: by the geoid, or else but for its slope and its
+      // steps from cell to cell.
+      if (const std::optional<double> off_m =
+              off_sea_level_m(shown.place, shown.altitude_msl_m, kPlaceRounding_m)) {
+        note("altitude_msl_m", *off_m, 0.0, kPlaceRounding_m);
+        continue;
+      }
+      constexpr double kSlope = 1e-3, kSteps_m = 0.1;
       note(
           "altitude_msl_m",
           shown.place.height_m - shown.altitude_msl_m - truth.place.height_m + truth.altitude_msl_m,
-          0.0, kPlaceRounding_m + kSlope * enu.norm());
+          0.0, kSteps_m + kSlope * enu.norm());
     }
   }
 
@@ -328,6 +336,7 @@ class NavigationChecker : public Checker {
 
   void compare_pressures(const SensorRecord& sensor) {
     for (std::size_t k = 0; k < sensor.times_s.size(); ++k) {
+      if (!sensor.is_known(k)) continue;
       const double* row = sensor.row(k);
       const double right_pa =
           standard_pressure_pa(row[2], sensor.sea_level_pressure_pa, sensor.warmer_k);

@@ -80,7 +80,7 @@ void compare_states(const Dataset& dataset, const Sequence& sequence, const Sens
     const std::optional<ImuState> state = sensor.imu_state(k);
     const double frame = sensor.times_s[k] * sequence.rate_hz;
     constexpr double kSameTime = 1e-9;
-    if (!state || std::abs(frame - std::round(frame)) > kSameTime ||
+    if (!state || !sensor.is_known(k) || std::abs(frame - std::round(frame)) > kSameTime ||
         frame > static_cast<double>(sequence.num_frames) - 0.5)
       continue;
     const auto body = local_from_body(sequence, static_cast<std::size_t>(std::lround(frame)));

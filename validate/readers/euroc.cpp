@@ -24,6 +24,7 @@ struct Flight {
   std::int64_t start_ns = 0;
   Pose vehicle_from_body = {};  ///< where imu0 is; without one the body is the vehicle's
   bool has_imu = false;
+  double timeshift_cam_imu_s = 0.0;  ///< by which imu0's clock is believed to be ahead
   EurocStates states = {};
 };
 
@@ -224,8 +225,10 @@ void check_chains(const Flight& flight, const Sequence& sequence, Findings& find
         if (!sequence.cameras[i].intrinsics.plane) continue;  // told above
         check_chained(chain, i, sequence.cameras[i], fmt::format("/cam{}/image_raw", i));
         check_mount(chain, fmt::format("cam{}.", i), i);
-        if (flight.has_imu && chain.number(fmt::format("cam{}.timeshift_cam_imu", i)) != 0.0)
-          fail(ErrorKind::Input, "{}: timeshift_cam_imu of cam{} is not 0", path, i);
+        if (flight.has_imu &&
+            chain.number(fmt::format("cam{}.timeshift_cam_imu", i)) != flight.timeshift_cam_imu_s)
+          fail(ErrorKind::Input, "{}: timeshift_cam_imu of cam{} is not {}", path, i,
+               flight.timeshift_cam_imu_s);
       }
     });
   };
@@ -253,6 +256,8 @@ void EurocReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
   if (!is_known) return;
   flight.has_imu = !imus.empty();
   if (flight.has_imu) flight.vehicle_from_body = imus.front().body_from_sensor;
+  if (flight.has_imu && sequence.states_sensor_stamps && imus.front().clock)
+    flight.timeshift_cam_imu_s = imus.front().clock->believed_offset_s;
   flight.states = read_euroc_states(dataset, sequence, imus, flight.start_ns, findings);
   for (std::size_t i = 0; i < imus.size(); ++i)
     check_euroc_imu(dataset, sequence, imus, i, flight.start_ns, findings);

@@ -261,7 +261,8 @@ void check_euroc_imu(const Dataset& dataset, const Sequence& sequence,
       fail(ErrorKind::Input, "{}: {} rows for {} samples of {}", path, rows.size(),
            imu.times_s.size(), imu.file);
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const std::int64_t right_ns = start_ns + nanoseconds(imu.times_s[k]);
+      const std::int64_t right_ns =
+          start_ns + nanoseconds(imu.stated_s(k, sequence.states_sensor_stamps));
       if (rows[k].stamp_ns != right_ns)
         fail(ErrorKind::Input, "{}: {}", rows[k].where,
              stamp_difference(rows[k].stamp_ns, right_ns, start_ns));

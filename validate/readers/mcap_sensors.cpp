@@ -86,21 +86,25 @@ void check_sample(const SampledTopic& topic, const SensorRecord& sensor, std::si
          message.where);
 }
 
-void check_stamp(const ReadMessage& message, std::int64_t right_ns, std::int64_t start_ns) {
-  for (const std::int64_t found_ns : {message.stamp_ns(), message.log_ns})
+/// stamp_s   that its header should have; it was logged when it was true
+void check_stamp(const ReadMessage& message, double stamp_s, double time_s, std::int64_t start_ns) {
+  for (const auto& [found_ns, right_s] :
+       {std::pair{message.stamp_ns(), stamp_s}, std::pair{message.log_ns, time_s}}) {
+    const std::int64_t right_ns = start_ns + std::llround(1e9 * right_s);
     if (found_ns != right_ns)
       fail(ErrorKind::Input, "{}: {}", message.where,
            stamp_difference(found_ns, right_ns, start_ns));
+  }
 }
 
-void check_samples(const SampledTopic& topic, const SensorRecord& sensor, std::int64_t start_ns,
-                   const std::string& frame, Bag& bag) {
+void check_samples(const SampledTopic& topic, const SensorRecord& sensor, bool is_by_clock,
+                   std::int64_t start_ns, const std::string& frame, Bag& bag) {
   const std::string name = "/" + frame + std::string(topic.suffix);
   if (bag.num_messages(name) != sensor.times_s.size())
     fail(ErrorKind::Input, "{}: {} has {} messages for {} samples of {}", bag.path(), name,
          bag.num_messages(name), sensor.times_s.size(), sensor.file);
   bag.visit(name, std::string(topic.type), [&](std::size_t i, const ReadMessage& message) {
-    check_stamp(message, start_ns + std::llround(1e9 * sensor.times_s[i]), start_ns);
+    check_stamp(message, sensor.stated_s(i, is_by_clock), sensor.times_s[i], start_ns);
     message.check_frame(frame);
     check_sample(topic, sensor, i, message);
   });
@@ -112,6 +116,8 @@ class ScannedPoints {
   ScannedPoints(const Dataset& dataset, const Sequence& sequence, const SensorRecord& scanner)
       : dataset_(dataset), sequence_(sequence), scanner_(scanner) {}
 
+  bool is_by_clock() const { return sequence_.states_sensor_stamps && scanner_.clock.has_value(); }
+
   static constexpr std::array kColumns = {"time_s",      "x_m",  "y_m",           "z_m",
                                           "reflectance", "ring", "return_number", "num_returns"};
   using Point = std::array<double, kColumns.size()>;
@@ -122,7 +128,8 @@ class ScannedPoints {
       if (frame_ == sequence_.num_frames) return std::nullopt;
       const NpyTable table = read_scans(dataset_, scanner_, frame_++);
       for (std::size_t k = 0; k < kColumns.size(); ++k)
-        columns_[k] = table.numbers(kColumns[k], scanner_.file);
+        columns_[k] =
+            table.numbers(k == 0 && is_by_clock() ? "stamp_s" : kColumns[k], scanner_.file);
       num_rows_ = table.num_rows;
       row_ = 0;
     }
@@ -255,7 +262,8 @@ void check_clouds(const Dataset& dataset, const Sequence& sequence, const Sensor
   bag.visit("/" + frame, "sensor_msgs/msg/PointCloud2",
             [&](std::size_t i, const ReadMessage& cloud) {
               const double time_s = static_cast<double>(i) / scanner.rate_hz;
-              check_stamp(cloud, start_ns + std::llround(1e9 * time_s), start_ns);
+              check_stamp(cloud, scans.is_by_clock() ? scanner.clock->reading_s(time_s) : time_s,
+                          time_s, start_ns);
               cloud.check_frame(frame);
               check_cloud(dataset, cloud, bag.path(), start_ns, scans);
             });
@@ -294,7 +302,8 @@ void check_bag_sensors(const Dataset& dataset, const Sequence& sequence,
       check_mount(mounts, sensor, frame, bag.path());
       if (sensor.is_scan) check_clouds(dataset, sequence, sensor, start_ns, frame, bag);
       for (const SampledTopic& topic : sampled_topics())
-        if (topic.kind == sensor.kind) check_samples(topic, sensor, start_ns, frame, bag);
+        if (topic.kind == sensor.kind)
+          check_samples(topic, sensor, sequence.states_sensor_stamps, start_ns, frame, bag);
     });
   }
 }

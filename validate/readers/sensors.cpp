@@ -22,6 +22,9 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
+/// What a clock showed: the last column where a sensor has one of its own.
+constexpr const char* kStamp = "stamp_s";
+
 /// Of an IMU: what it shows, and its truth.
 constexpr std::size_t kNumReadings = 12;
 
@@ -165,26 +168,29 @@ std::span<const ScanColumn> columns_of_scanner(std::string_view kind) {
   return {};
 }
 
-void check_channels_of_scanner(const std::string& kind, const Json& channels,
+/// count   of its channels, without stamps
+void check_channels_of_scanner(const std::string& kind, const Json& channels, std::size_t count,
                                const std::string& where) {
   const std::span<const ScanColumn> columns = columns_of_scanner(kind);
   for (std::size_t i = 0; i < columns.size(); ++i)
-    if (channels.size() != columns.size() || channels.at(i).at("name").string() != columns[i].name)
+    if (count != columns.size() || channels.at(i).at("name").string() != columns[i].name)
       fail(ErrorKind::Input, "{}: channel {} of a sensor of the kind {} is {}", where, i, kind,
            columns[i].name);
 }
 
-void check_channels(const std::string& kind, const Json& channels, const std::string& where) {
-  if (!columns_of_scanner(kind).empty()) return check_channels_of_scanner(kind, channels, where);
+void check_channels(const std::string& kind, const Json& channels, std::size_t count,
+                    const std::string& where) {
+  if (!columns_of_scanner(kind).empty())
+    return check_channels_of_scanner(kind, channels, count, where);
   const auto known = channels_of_kinds().find(kind);
   if (known == channels_of_kinds().end()) return;
   const std::vector<ChannelName>& right = known->second;
   // An earlier version's IMU has its readings alone.
-  const bool is_early_imu = kind == "imu" && channels.size() == kNumReadings;
-  if (channels.size() != right.size() && !is_early_imu)
-    fail(ErrorKind::Input, "{}: {} channels; a {} has {}, from {} on", where, channels.size(), kind,
+  const bool is_early_imu = kind == "imu" && count == kNumReadings;
+  if (count != right.size() && !is_early_imu)
+    fail(ErrorKind::Input, "{}: {} channels; a {} has {}, from {} on", where, count, kind,
          right.size(), right[0].name);
-  for (std::size_t i = 0; i < channels.size(); ++i)
+  for (std::size_t i = 0; i < count; ++i)
     if (channels.at(i).at("name").string() != right[i].name ||
         channels.at(i).at("unit").string() != right[i].unit)
       fail(ErrorKind::Input, "{}: channel {} of a {} is {} in {}", where, i, kind, right[i].name,
@@ -208,11 +214,13 @@ void read_samples(const Dataset& dataset, const std::string& header, SensorRecor
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::string where = sensor.file + ":" + std::to_string(lines[i].number);
     const std::vector<std::string_view> cells = split_at(lines[i].text, ',');
-    if (cells.size() != 1 + sensor.num_channels)
+    const std::size_t num_columns = 1 + sensor.num_channels;
+    if (cells.size() != num_columns + (sensor.clock ? 1 : 0))
       fail(ErrorKind::Input, "{}: {} columns, not {}", where, cells.size(),
-           1 + sensor.num_channels);
+           num_columns + (sensor.clock ? 1 : 0));
     sensor.times_s.push_back(parse_number(cells[0], where));
-    for (std::size_t k = 1; k < cells.size(); ++k)
+    if (sensor.clock) sensor.stamps_s.push_back(parse_number(cells.back(), where));
+    for (std::size_t k = 1; k < num_columns; ++k)
       sensor.values.push_back(is_finite ? parse_number(cells[k], where)
                                         : parse_sample(cells[k], where));
   }
@@ -269,6 +277,22 @@ bool is_integrated(const std::string& toml, const std::string& where) {
   return sampling == "\"integrated\"";
 }
 
+SensorClock read_clock(const Json& json, const std::string& where) {
+  const Json& believed = json.at("believed");
+  SensorClock clock{.offset_s = json.at("offset_s").number(),
+                    .drift = json.at("drift").number(),
+                    .jitter_sd_s = json.at("jitter_sd_s").number(),
+                    .believed_offset_s = believed.at("offset_s").number(),
+                    .believed_drift = believed.at("drift").number()};
+  for (const double number : {clock.offset_s, clock.drift, clock.jitter_sd_s,
+                              clock.believed_offset_s, clock.believed_drift})
+    if (!std::isfinite(number)) fail(ErrorKind::Input, "{}: its clock has a {}", where, number);
+  if (!(clock.jitter_sd_s >= 0.0) || !(clock.drift > -1.0))
+    fail(ErrorKind::Input, "{}: a clock that gains {} s a second and jitters by {} s", where,
+         clock.drift, clock.jitter_sd_s);
+  return clock;
+}
+
 SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const Json& json,
                          const std::string& path) {
   SensorRecord sensor;
@@ -300,12 +324,20 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
   std::string header = "time_s";
   const Json& channels = json.at("channels");
   if (!channels.is_array()) fail(ErrorKind::Input, "{}: channels are no list", where);
-  check_channels(sensor.kind, channels, where);
-  sensor.num_channels = channels.size();
-  for (std::size_t i = 0; i < channels.size(); ++i) {
+  if (json.has("clock")) sensor.clock = read_clock(json.at("clock"), where);
+  const std::size_t num_stamps = sensor.clock ? 1 : 0;
+  if (sensor.clock &&
+      (channels.size() == 0 || channels.at(channels.size() - 1).at("name").string() != kStamp ||
+       channels.at(channels.size() - 1).at("unit").string() != "s"))
+    fail(ErrorKind::Input, "{}: it has a clock, but its last channel is not {} in s", where,
+         kStamp);
+  sensor.num_channels = channels.size() - num_stamps;
+  check_channels(sensor.kind, channels, sensor.num_channels, where);
+  for (std::size_t i = 0; i < sensor.num_channels; ++i) {
     sensor.channels.push_back(channels.at(i).at("name").string());
     header += "," + sensor.channels.back();
   }
+  if (sensor.clock) header += fmt::format(",{}", kStamp);
   sensor.settings_toml = json.at("settings_toml").string();
   if (measures_ranges(sensor) || sensor.kind == "lidar") {
     sensor.least_range_m = setting_of(sensor.settings_toml, "least_range_m", where);
@@ -359,7 +391,10 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
     fail(ErrorKind::Input, "{}: frame {}'s scans are missing", path, frame);
   NpyTable table = parse_npy_table(core::read_file(dataset.root / path), path);
   bool are_same =
-      table.columns.size() == scanner.channels.size() + 1 && table.columns.front().name == "time_s";
+      table.columns.size() == scanner.channels.size() + (scanner.clock ? 2 : 1) &&
+      table.columns.front().name == "time_s" &&
+      (!scanner.clock || (table.columns.back().name == kStamp && table.columns.back().kind == 'f' &&
+                          table.columns.back().item_size == 8));
   for (std::size_t k = 0; are_same && k < scanner.channels.size(); ++k)
     are_same = table.columns[k + 1].name == scanner.channels[k];
   if (!are_same)
@@ -372,6 +407,7 @@ NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int fra
       fail(ErrorKind::Input, "{}: column {} is of type {}{}, not {}", path, column.name,
            column.kind, column.item_size, right);
   }
+  if (scanner.change_scans) scanner.change_scans(table, frame);
   return table;
 }
 
@@ -394,6 +430,7 @@ std::optional<ImuState> SensorRecord::imu_state(std::size_t sample) const {
 }
 
 std::vector<SensorRecord> read_sensors(const Dataset& dataset, const Sequence& sequence) {
+  if (sequence.tried_sensors) return *sequence.tried_sensors;
   const std::string path = sequence.path + "/sensors.json";
   if (!dataset.files.contains(path)) return {};
   const Json json = Json::read(dataset.root / path);

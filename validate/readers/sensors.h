@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,13 @@ struct GnssSettings {
   double pseudorange_noise_m = 0.0, carrier_noise_mm = 0.0, doppler_noise_hz = 0.0;
 };
 
+/// A sensor's clock as sensors.json states it: it shows t + offset_s + drift t, and stamps jitter about it.
+struct SensorClock {
+  double offset_s = 0.0, drift = 0.0, jitter_sd_s = 0.0;
+  double believed_offset_s = 0.0, believed_drift = 0.0;
+  double reading_s(double time_s) const { return time_s + offset_s + drift * time_s; }
+};
+
 /// A sensor of sensors.json with its samples.
 struct SensorRecord {
   std::string rig, name, kind;
@@ -36,7 +44,9 @@ struct SensorRecord {
   double sea_level_pressure_pa = 0.0, warmer_k = 0.0;  ///< of a barometer's settings
   std::string settings_toml;
   std::vector<double> times_s;
-  std::vector<double> values;  ///< of all channels, sample by sample; may be infinite
+  std::optional<SensorClock> clock;  ///< nothing: it shows the time
+  std::vector<double> stamps_s;  ///< by its clock, of each sample; of scans they stay in the files
+  std::vector<double> values;    ///< of all channels, sample by sample; may be infinite
   std::size_t num_channels = 0;
   bool is_scan = false;  ///< `file` is the folder of its scans; times and values stay there
   /// Of a lidar's settings.
@@ -46,9 +56,22 @@ struct SensorRecord {
       elevations_deg;                 ///< of rings, where the head spins; empty: of another pattern
   double beams_within_m = 0.0;        ///< so far from the sensor's middle they begin, at most
   GnssSettings gnss;                  ///< of gnss_observations
-  std::vector<std::string> channels;  ///< names
+  std::vector<std::string> channels;  ///< names, without the clock's stamps
+
+  /// Of a diagnosis: what is undone in each frame's scans after they were read; may be empty.
+  std::function<void(NpyTable& scans, int frame)> change_scans;
+
+  /// Of a diagnosis: samples before and after are not known, and nothing is compared with them.
+  std::size_t first_known = 0, end_known = static_cast<std::size_t>(-1);
+  bool is_known(std::size_t sample) const { return sample >= first_known && sample < end_known; }
 
   const double* row(std::size_t sample) const { return &values[sample * num_channels]; }
+
+  /// When a sample was taken by the clock that a format's files state.
+  /// is_by_clock   they state the sensor's own
+  double stated_s(std::size_t sample, bool is_by_clock) const {
+    return is_by_clock && clock ? stamps_s[sample] : times_s[sample];
+  }
 
   /// Nothing of another kind, and of IMUs of earlier versions, which do not tell.
   std::optional<ImuState> imu_state(std::size_t sample) const;
