@@ -61,9 +61,9 @@ TEST(Dsec, EventsComeBackByAnotherReader) {
   EXPECT_GE(1000.0 * static_cast<double>(index.size() - 1), t.back() + 1000.0);
   // 2024-06-21T10:00:00Z.
   EXPECT_EQ(file.at("t_offset").at("value").at(0).number(), 1718964000e6);
-  EXPECT_EQ(file.at("events/x").at("dtype").string(), "<H");
-  EXPECT_EQ(file.at("events/p").at("dtype").string(), "<B");
-  EXPECT_EQ(file.at("events/t").at("dtype").string(), "<I");
+  EXPECT_EQ(file.at("events/x").at("dtype").string(), "<u2");
+  EXPECT_EQ(file.at("events/p").at("dtype").string(), "<u1");
+  EXPECT_EQ(file.at("events/t").at("dtype").string(), "<u4");
   for (const char* name : {"events/x", "events/y", "events/p", "events/t"}) {
     EXPECT_EQ(file.at(name).at("chunks").numbers(), std::vector<double>{1e5});
     // Shuffled, then deflated.
