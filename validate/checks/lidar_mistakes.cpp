@@ -124,7 +124,7 @@ std::optional<Mistake> mistake_of_points(
     if (!others || others->size() != points.size()) continue;
     if (scans.is_deskewed && !pose_at(frame + step)) continue;
     if (explains(PlacedRows(dataset, sequence, scans, pose_at(frame + step), frame + step, *others),
-                 points, as_it_is))
+                 points, [](const Vector3d& place) { return place; }))
       return Mistake{"lidar_points_of_other_scan",
                      fmt::format("points are those of the {} scan", neighbour(step))};
   }
