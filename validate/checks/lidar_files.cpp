@@ -115,10 +115,11 @@ class LidarFilesChecker : public Checker {
       const std::string& path = scans.points[number];
       const std::optional<std::vector<ScanPoint>> points =
           read_points(dataset, scans, path, rows.size());
-      if (points) {
+      if (points && points->size() == rows.size())
         compare_points(dataset, sequence, dealt, frame, rows, *points, reader);
-        num_points_ += static_cast<std::int64_t>(points->size());
-      }
+      else if (points)
+        name_points(dataset, sequence, dealt, frame, rows, *points);
+      if (points) num_points_ += static_cast<std::int64_t>(points->size());
       if (number < scans.labels.size() && !scans.labels[number].empty())
         compare_labels(dataset, dealt, frame, rows, scans.labels[number]);
     }
@@ -198,7 +199,7 @@ class LidarFilesChecker : public Checker {
           scans.is_ply ? parse_lidar_ply(bytes, path) : parse_velodyne(bytes, path);
       files_.expect(points.size() == num_expected, "{}: {} points, where its scans have {}", path,
                     points.size(), num_expected);
-      if (points.size() == num_expected) return points;
+      return points;
     } catch (const core::Error& error) {
       if (error.kind() != core::ErrorKind::Input && error.kind() != core::ErrorKind::Io) throw;
       files_.expect(false, "{}", error.message());
@@ -228,20 +229,27 @@ class LidarFilesChecker : public Checker {
       }
     }
     num_placed_ += static_cast<std::int64_t>(points.size());
-    if (worst > 1.0 && !mistake_) {
-      const auto other = [&](int at) -> std::optional<std::vector<ScanRow>> {
-        if (at < 0 || at >= sequence.num_frames) return std::nullopt;
-        return dealt.rows(at);
-      };
-      const auto pose_at = [&](int at) {
-        return sequence.cameras[static_cast<std::size_t>(std::max(0, scans.camera))]
-            .local_from_camera[static_cast<std::size_t>(at)];
-      };
-      if (const auto mistake =
-              mistake_of_points(dataset, sequence, frame, rows, points, other, pose_at))
-        name(mistake->name.c_str(), path + ": " + mistake->words);
-    }
+    if (worst > 1.0) name_points(dataset, sequence, dealt, frame, rows, points);
     if (scans.is_deskewed) compare_depth(dataset, sequence, dealt, frame, rows, points, reader);
+  }
+
+  void name_points(const Dataset& dataset, const Sequence& sequence, DealtScans& dealt, int frame,
+                   const std::vector<ScanRow>& rows, const std::vector<ScanPoint>& points) {
+    if (mistake_) return;
+    const FormatScans& scans = *sequence.scans;
+    const auto other = [&](int at) -> std::optional<std::vector<ScanRow>> {
+      if (at < 0 || at >= sequence.num_frames) return std::nullopt;
+      return dealt.rows(at);
+    };
+    const auto pose_at = [&](int at) -> std::optional<Pose> {
+      if (scans.camera < 0) return std::nullopt;
+      return sequence.cameras[static_cast<std::size_t>(scans.camera)]
+          .local_from_camera[static_cast<std::size_t>(at)];
+    };
+    if (const auto mistake =
+            mistake_of_points(dataset, sequence, frame, rows, points, other, pose_at))
+      name(mistake->name.c_str(),
+           scans.points[static_cast<std::size_t>(frame)] + ": " + mistake->words);
   }
 
   void compare_reflectance(const std::vector<ScanRow>& rows, const std::vector<ScanPoint>& points,

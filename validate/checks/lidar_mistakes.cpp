@@ -55,6 +55,35 @@ bool explains(const PlacedRows& placed, const std::vector<ScanPoint>& points,
 
 const char* neighbour(int step) { return step > 0 ? "next" : "previous"; }
 
+/// Of points that are those of their own scan.
+std::optional<Mistake> mistake_of_places(const Dataset& dataset, const Sequence& sequence,
+                                         int frame, const std::vector<ScanRow>& rows,
+                                         const std::vector<ScanPoint>& points,
+                                         const std::function<std::optional<Pose>(int)>& pose_at) {
+  const FormatScans& scans = *sequence.scans;
+  const PlacedRows placed(dataset, sequence, scans, pose_at(frame), frame, rows);
+  const auto as_it_is = [](const Vector3d& place) { return place; };
+  FormatScans otherwise = scans;
+  otherwise.is_deskewed = !scans.is_deskewed;
+  const bool has_mount = otherwise.camera >= 0 && pose_at(frame).has_value();
+  if ((!otherwise.is_deskewed || has_mount) &&
+      explains(PlacedRows(dataset, sequence, otherwise, pose_at(frame), frame, rows), points,
+               as_it_is))
+    return scans.is_deskewed
+               ? Mistake{"lidar_not_deskewed",
+                         "points are not deskewed: they are where they were at their pulses' "
+                         "times, not carried to the frame's"}
+               : Mistake{"lidar_deskewed",
+                         "points are carried to the frame's time, where the format has them as "
+                         "they were at their pulses'"};
+  for (const OtherAxes& axes : other_axes()) {
+    const Matrix3d back = axes.wrong_from_right.transpose();
+    if (explains(placed, points, [&](const Vector3d& place) -> Vector3d { return back * place; }))
+      return Mistake{"lidar_axes", "points are along other axes than the format's: " + axes.words};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool is_same_mount(const Pose& mount, const Pose& right) {
@@ -87,31 +116,15 @@ std::optional<Mistake> mistake_of_points(
     const std::function<std::optional<std::vector<ScanRow>>(int)>& other,
     const std::function<std::optional<Pose>(int)>& pose_at) {
   const FormatScans& scans = *sequence.scans;
-  const PlacedRows placed(dataset, sequence, scans, pose_at(frame), frame, rows);
-  const auto as_it_is = [](const Vector3d& place) { return place; };
-  FormatScans otherwise = scans;
-  otherwise.is_deskewed = !scans.is_deskewed;
-  const bool has_mount = otherwise.camera >= 0 && pose_at(frame).has_value();
-  if ((!otherwise.is_deskewed || has_mount) &&
-      explains(PlacedRows(dataset, sequence, otherwise, pose_at(frame), frame, rows), points,
-               as_it_is))
-    return scans.is_deskewed
-               ? Mistake{"lidar_not_deskewed",
-                         "points are not deskewed: they are where they were at their pulses' "
-                         "times, not carried to the frame's"}
-               : Mistake{"lidar_deskewed",
-                         "points are carried to the frame's time, where the format has them as "
-                         "they were at their pulses'"};
-  for (const OtherAxes& axes : other_axes()) {
-    const Matrix3d back = axes.wrong_from_right.transpose();
-    if (explains(placed, points, [&](const Vector3d& place) -> Vector3d { return back * place; }))
-      return Mistake{"lidar_axes", "points are along other axes than the format's: " + axes.words};
-  }
+  if (rows.size() == points.size())
+    if (const auto mistake = mistake_of_places(dataset, sequence, frame, rows, points, pose_at))
+      return mistake;
   for (const int step : {1, -1}) {
     const auto others = other(frame + step);
     if (!others || others->size() != points.size()) continue;
+    if (scans.is_deskewed && !pose_at(frame + step)) continue;
     if (explains(PlacedRows(dataset, sequence, scans, pose_at(frame + step), frame + step, *others),
-                 points, as_it_is))
+                 points, [](const Vector3d& place) { return place; }))
       return Mistake{"lidar_points_of_other_scan",
                      fmt::format("points are those of the {} scan", neighbour(step))};
   }
