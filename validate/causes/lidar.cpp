@@ -46,7 +46,8 @@ constexpr std::array kShownPoint = {"x_m", "y_m", "z_m"};
 constexpr std::array kLocalPoint = {"local_x_m", "local_y_m", "local_z_m"};
 constexpr std::array kLocalOrigin = {"local_origin_x_m", "local_origin_y_m", "local_origin_z_m"};
 
-using ChangeScans = std::function<void(ScanRows&)>;
+/// frame   whose scans they are
+using ChangeScans = std::function<void(ScanRows&, int frame)>;
 
 SensorHypothesis scan_cause(const char* name, std::string words, int rank,
                             const ChangeScans& change) {
@@ -55,7 +56,7 @@ SensorHypothesis scan_cause(const char* name, std::string words, int rank,
     lidar.change_scans = [=, file = lidar.file](NpyTable& scans, int frame) {
       if (before) before(scans, frame);
       ScanRows rows(scans, file);
-      change(rows);
+      change(rows, frame);
     };
     return true;
   });
@@ -129,7 +130,7 @@ void add_times(const SensorSymptoms& symptoms, const std::vector<PlacedPoint>& p
   // Of a whole number of firings the time is known better than by the fit.
   const double right_s = is_whole ? std::round(firings) * firing_s : later_s;
   if (!(std::abs(right_s) > 1e-9)) return;
-  SensorHypothesis h = scan_cause("lidar_late", "", 2, [=](ScanRows& rows) {
+  SensorHypothesis h = scan_cause("lidar_late", "", 2, [=](ScanRows& rows, int) {
     for (std::size_t row = 0; row < rows.size(); ++row)
       rows.set("time_s", row, rows.at("time_s", row) + right_s);
   });
@@ -149,21 +150,29 @@ void add_times(const SensorSymptoms& symptoms, const std::vector<PlacedPoint>& p
   hypotheses.push_back(std::move(h));
 }
 
-void add_frame_pose(const std::shared_ptr<const BodyBetween>& body,
+/// Points placed by one pose where each pulse has its own: that of the frame, or of the scan's beginning.
+void add_frame_pose(const SensorSymptoms& symptoms, const std::shared_ptr<const BodyBetween>& body,
                     std::vector<SensorHypothesis>& hypotheses) {
-  hypotheses.push_back(scan_cause(
-      "lidar_frame_pose", "points are placed by the frame's pose where the pulse's own is meant", 1,
-      [body](ScanRows& rows) {
-        for (std::size_t row = 0; row < rows.size(); ++row) {
-          const double time_s = rows.at("time_s", row);
-          const auto now = body->at(time_s);
-          const auto frame = body->at_frame_before(time_s);
-          if (!now || !frame) continue;
-          for (const auto& names : {kLocalPoint, kLocalOrigin})
-            rows.set_point(names, row,
-                           now->local_from_body * (frame->inverse() * rows.point(names, row)));
-        }
-      }));
+  const auto add_one = [&](const char* words,
+                           const std::function<double(double, int)>& taken_at_s) {
+    hypotheses.push_back(
+        scan_cause("lidar_frame_pose", words, 1, [body, taken_at_s](ScanRows& rows, int frame) {
+          for (std::size_t row = 0; row < rows.size(); ++row) {
+            const double time_s = rows.at("time_s", row);
+            const auto now = body->at(time_s), taken = body->at(taken_at_s(time_s, frame));
+            if (!now || !taken) continue;
+            const Pose local_from_wrong = now->local_from_body * taken->local_from_body.inverse();
+            for (const auto& names : {kLocalPoint, kLocalOrigin})
+              rows.set_point(names, row, local_from_wrong * rows.point(names, row));
+          }
+        }));
+  };
+  add_one("points are placed by the frame's pose where the pulse's own is meant",
+          [rate_hz = symptoms.sequence.rate_hz](double, int frame) { return frame / rate_hz; });
+  add_one("points are placed by the pose at their scan's beginning where the pulse's own is meant",
+          [rate_hz = symptoms.sensor.rate_hz](double time_s, int) {
+            return std::floor(time_s * rate_hz + 1e-9) / rate_hz;
+          });
 }
 
 void add_axes(const std::vector<PlacedPoint>& points, std::vector<SensorHypothesis>& hypotheses) {
@@ -174,7 +183,7 @@ void add_axes(const std::vector<PlacedPoint>& points, std::vector<SensorHypothes
   if (!axes) return;
   hypotheses.push_back(scan_cause(
       "lidar_axes", fmt::format("axes of points are exchanged: {}", words_of_axes(*axes)), 1,
-      [m = Matrix3d(axes->transpose())](ScanRows& rows) {
+      [m = Matrix3d(axes->transpose())](ScanRows& rows, int) {
         for (std::size_t row = 0; row < rows.size(); ++row)
           rows.set_point(kShownPoint, row, m * rows.point(kShownPoint, row));
       }));
@@ -196,7 +205,7 @@ void add_ranges(const SensorSymptoms& symptoms, std::vector<SensorHypothesis>& h
     hypotheses.push_back(scan_cause(
         "lidar_range_axis",
         fmt::format("ranges are along the {} axis where along the beam is meant", axis[0]), 1,
-        [](ScanRows& rows) {
+        [](ScanRows& rows, int) {
           for (std::size_t row = 0; row < rows.size(); ++row) {
             const double wrong_m = rows.at("range_m", row);
             const double right_m = rows.point(kShownPoint, row).norm();
@@ -213,7 +222,7 @@ void add_rings(const SensorSymptoms& symptoms, std::vector<SensorHypothesis>& hy
   if (count < 2) return;
   const auto most = static_cast<double>(count - 1);
   hypotheses.push_back(scan_cause("lidar_ring_order", "rings are numbered from the other end", 1,
-                                  [=](ScanRows& rows) {
+                                  [=](ScanRows& rows, int) {
                                     for (std::size_t row = 0; row < rows.size(); ++row)
                                       rows.set("ring", row, most - rows.at("ring", row));
                                   }));
@@ -227,7 +236,7 @@ void add_rings(const SensorSymptoms& symptoms, std::vector<SensorHypothesis>& hy
   if (by_elevation == place) return;
   hypotheses.push_back(scan_cause(
       "lidar_ring_order", "rings are numbered by elevation where the order of firing is meant", 1,
-      [=](ScanRows& rows) {
+      [=](ScanRows& rows, int) {
         for (std::size_t row = 0; row < rows.size(); ++row) {
           const auto ring = static_cast<std::size_t>(rows.at("ring", row));
           if (ring < count) rows.set("ring", row, static_cast<double>(by_elevation[ring]));
@@ -244,7 +253,7 @@ void make_lidar_causes(const SensorSymptoms& symptoms, std::vector<SensorHypothe
   const auto body = std::make_shared<const BodyBetween>(symptoms.dataset, symptoms.sequence);
   const std::vector<PlacedPoint> points = placed_points(symptoms, *body);
   if (points.empty()) return;
-  add_frame_pose(body, hypotheses);
+  add_frame_pose(symptoms, body, hypotheses);
   add_axes(points, hypotheses);
   if (symptoms.fails("lidar_place")) add_times(symptoms, points, hypotheses);
 }
