@@ -13,6 +13,7 @@ namespace {
 
 using validate::Alignment;
 using validate::Averaging;
+using validate::CloudCrop;
 using validate::FlowMask;
 using validate::MissingPixels;
 
@@ -22,7 +23,7 @@ const std::map<std::string, std::vector<std::string>>& tasks_of_options() {
       {"--flow", {"scene-flow"}},
       {"--disparity", {"scene-flow", "depth"}},
       {"--disparity-next", {"scene-flow"}},
-      {"--max-depth-m", {"flow", "scene-flow", "depth"}},
+      {"--max-depth-m", {"flow", "scene-flow", "depth", "cloud"}},
       {"--max-flow-px", {"flow", "scene-flow"}},
       {"--mask", {"flow", "scene-flow"}},
       {"--average", {"flow", "scene-flow", "depth"}},
@@ -31,6 +32,13 @@ const std::map<std::string, std::vector<std::string>>& tasks_of_options() {
       {"--clamp", {"depth"}},
       {"--align", {"trajectory"}},
       {"--rpe-delta", {"trajectory"}},
+      {"--rpe-delta-m", {"trajectory"}},
+      {"--drift-length-m", {"trajectory"}},
+      {"--drift-stride", {"trajectory"}},
+      {"--times", {"trajectory"}},
+      {"--distance-m", {"cloud"}},
+      {"--crop", {"cloud"}},
+      {"--max-truth-error-m", {"trajectory"}},
       {"--time-offset-s", {"trajectory"}},
       {"--max-time-difference-s", {"trajectory"}},
   };
@@ -79,16 +87,20 @@ constexpr const char* kExamples =
 CLI::App* add_evaluate_command(CLI::App& app, EvaluateArguments& arguments) {
   validate::EvaluateOptions& options = arguments.options;
   CLI::App* command = app.add_subcommand(
-      "evaluate", "Score a method's flow, scene flow, depth or trajectory against a dataset.");
+      "evaluate",
+      "Score a method's flow, scene flow, depth, trajectory or cloud against a dataset.");
   command->footer(kExamples);
   command->add_option("--task", options.task, "One of " + joined(validate::task_names()) + ".")
       ->required()
       ->check(CLI::IsMember(validate::task_names()));
-  command->add_option("--truth", options.truth, "Folder of one exported dataset.")->required();
+  command
+      ->add_option("--truth", options.truth,
+                   "Folder of one exported dataset; of clouds also a file.")
+      ->required();
   command->add_option("--format", options.format,
                       "Its format; found out from the folder when left out.");
   command->add_option("--result", options.result,
-                      "Folder of the method's files, or its trajectory.");
+                      "Folder of the method's files, or its trajectory or cloud.");
   command->add_option("--flow", options.flow, "Folder of flow, of scene flow.");
   command->add_option("--disparity", options.disparity,
                       "Folder of disparity of the left images, of scene flow or depth.");
@@ -115,7 +127,7 @@ CLI::App* add_evaluate_command(CLI::App& app, EvaluateArguments& arguments) {
   command
       ->add_option("--max-depth-m", arguments.max_depth_m,
                    "Pixels count whose true depth is less: 250 of flow and scene flow, 100 of "
-                   "depth; 0 lifts the limit.")
+                   "depth and clouds; 0 lifts the limit.")
       ->check(within(0.0, 1e12));
   command
       ->add_option("--max-flow-px", options.max_flow_px,
@@ -138,11 +150,37 @@ CLI::App* add_evaluate_command(CLI::App& app, EvaluateArguments& arguments) {
                     "Take depths beyond --max-depth-m for just that, as DDAD's evaluation does.");
   add_choice<Alignment>(
       *command, "--align", arguments.align,
-      {{"none", Alignment::None}, {"se3", Alignment::Se3}, {"sim3", Alignment::Sim3}},
-      "How a trajectory is laid on the truth: none, se3 (the default), sim3 "
-      "(also its scale; the default of the baseline).");
-  command->add_option("--rpe-delta", options.rpe_delta_frames, "Frames of a step of RPE: 1.")
+      {{"none", Alignment::None},
+       {"yaw", Alignment::Yaw},
+       {"se3", Alignment::Se3},
+       {"sim3", Alignment::Sim3}},
+      "How a trajectory is laid on the truth: none, yaw (a turn about the vertical and a shift), "
+      "se3 (the default), sim3 (also its scale; the default of the baseline).");
+  CLI::Option* const delta =
+      command->add_option("--rpe-delta", options.rpe_delta_frames, "Frames of a step of RPE: 1.")
+          ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option("--rpe-delta-m", arguments.rpe_delta_m,
+                   "Metres of true path of a step of RPE, in place of frames.")
+      ->check(within(1e-6, 1e9))
+      ->excludes(delta);
+  command
+      ->add_option("--drift-length-m", options.drift_lengths_m,
+                   "A length of the segments of drift (repeatable): 100 to 800 by 100, KITTI's.")
+      ->allow_extra_args(false)
+      ->check(within(1e-6, 1e9));
+  command
+      ->add_option("--drift-stride", options.drift_stride_frames,
+                   "Frames from the start of a segment to the next one's: 10.")
       ->check(CLI::Range(1, 1'000'000));
+  add_choice<bool>(
+      *command, "--times", options.is_at_result_times, {{"frames", false}, {"result", true}},
+      "Where a trajectory is scored: at the frames (the default), or at the result's own "
+      "times, as of an IMU or a lidar, by the truth between frames.");
+  command
+      ->add_option("--max-truth-error-m", options.max_truth_error_m,
+                   "By which the truth between frames may be off, as frames left out show: 0.001.")
+      ->check(within(0.0, 1e9));
   command->add_option("--time-offset-s", options.time_offset_s,
                       "Added to a result's time stamps; the first frame is at 0.");
   command
@@ -162,6 +200,7 @@ validate::EvaluateOptions checked_options(const CLI::App& command,
                  options.task);
   options.has_baseline = command.count("--baseline") > 0;
   if (command.count("--max-depth-m") > 0) options.max_depth_m = arguments.max_depth_m;
+  if (command.count("--rpe-delta-m") > 0) options.rpe_delta_m = arguments.rpe_delta_m;
   if (command.count("--align") > 0) options.align = arguments.align;
   return options;
 }

@@ -16,6 +16,7 @@ namespace terracast::cli {
 struct EvaluateArguments {
   validate::EvaluateOptions options;
   double max_depth_m = 0.0;
+  double rpe_delta_m = 0.0;
   validate::Alignment align = validate::Alignment::Se3;
   std::filesystem::path report;
 };

@@ -8,6 +8,7 @@
 #include "tests/fuzz/scratch.h"
 #include "tests/fuzz/small_dataset.h"
 #include "validate/dataset.h"
+#include "validate/evaluate/results/cloud_files.h"
 #include "validate/readers/clouds.h"
 #include "validate/readers/colmap_database.h"
 #include "validate/readers/colmap_model.h"
@@ -121,6 +122,14 @@ void fuzz_lidar_ply(Bytes input) { validate::parse_lidar_ply(input, "fuzz.ply");
 void fuzz_lidar_velodyne(Bytes input) {
   validate::parse_velodyne_float64(input);
   validate::parse_velodyne(input, "fuzz.bin");
+}
+
+/// Clouds that methods write. The first byte, a digit, chooses the form.
+void fuzz_result_cloud(Bytes input) {
+  static constexpr std::array<const char*, 6> kNames = {"a.ply",        "a.pcd",        "a.las",
+                                                        "points3D.bin", "points3D.txt", "a.xyz"};
+  if (input.empty()) return;
+  validate::parse_point_cloud(input.subspan(1), kNames[std::to_integer<std::size_t>(input[0]) % 6]);
 }
 
 /// COLMAP's models by themselves, without a dataset around them: parts are files of a folder.

@@ -85,6 +85,7 @@
   X(raster_tif)                   \
   X(raster_vrt)                   \
   X(rasters_of_world)             \
+  X(result_cloud)                 \
   X(rig_carla)                    \
   X(rig_colmap)                   \
   X(rig_csv)                      \

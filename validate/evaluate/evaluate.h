@@ -33,11 +33,23 @@ enum class MissingPixels {
 };
 
 /// What is free when a trajectory is laid on the truth.
-enum class Alignment { None, Se3, Sim3 };
+enum class Alignment {
+  None,
+  Yaw,  ///< a turn about the vertical and a shift: 4 unknowns, those of visual-inertial odometry
+  Se3,
+  Sim3
+};
+
+/// Which points of two clouds are compared.
+enum class CloudCrop {
+  Truth,   ///< the result's within the true cloud's bounds, and as far beyond as points may be off
+  Common,  ///< of both, those within the bounds that they have in common
+  None     ///< all
+};
 
 struct EvaluateOptions {
   std::string task;                   ///< task_names()
-  std::filesystem::path truth;        ///< an exported dataset
+  std::filesystem::path truth;        ///< an exported dataset; of clouds also a file
   std::string format = {};            ///< its format; empty: what dataset.json says
   std::filesystem::path result = {};  ///< folder of numbered files, or a trajectory
   /// In place of `result`: scene flow as flow, disparity now and (else looked up in the next
@@ -61,6 +73,15 @@ struct EvaluateOptions {
   double time_offset_s = 0.0;           ///< added to the time stamps of a result
   double max_time_difference_s = 0.01;  ///< of a time stamp from its frame's
   std::int64_t rpe_delta_frames = 1;
+  std::optional<double> rpe_delta_m = {};  ///< steps by length of the true path instead
+  /// Lengths of the segments of drift, m; KITTI odometry's.
+  std::vector<double> drift_lengths_m = {100, 200, 300, 400, 500, 600, 700, 800};
+  std::int64_t drift_stride_frames = 10;  ///< from each segment's first frame to the next one's
+  /// A trajectory is scored at its own times, against the truth between frames, in place of at frames.
+  bool is_at_result_times = false;
+  std::vector<double> cloud_distances_m = {0.1, 0.25, 1.0};  ///< at which a point is right
+  CloudCrop crop = CloudCrop::Truth;
+  double max_truth_error_m = 0.001;  ///< by which such a truth may be off, by frames left out
 };
 
 /// What one figure is.
@@ -90,10 +111,11 @@ struct FrameScore {
 struct SubjectScore {
   std::string sequence = {};
   std::string camera = {};
-  std::vector<FrameScore> frames = {};        ///< that the truth can judge, in order
-  std::vector<std::string> notes = {};        ///< what a reader of the figures must know
-  std::vector<CheckResult::Plot> plots = {};  ///< paths from above: true, then found
-  std::vector<std::pair<std::string, double>> found = {};  ///< "scale", 1.02: what was aligned
+  std::vector<FrameScore> frames = {};         ///< that the truth can judge, in order
+  std::vector<std::string> notes = {};         ///< what a reader of the figures must know
+  std::vector<CheckResult::Plot> plots = {};   ///< paths from above: true, then found
+  std::vector<CheckResult::Plot> curves = {};  ///< each a plot of its own
+  std::vector<std::pair<std::string, double>> found = {};  ///< "scale", 1.02: beside the measures
 };
 
 /// A row of the table.

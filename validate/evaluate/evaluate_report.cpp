@@ -32,7 +32,9 @@ double share_percent(std::int64_t part, std::int64_t whole) {
 }
 
 /// Whether a frame is a pixel: then shares of pixels say nothing.
-bool has_pixels(const Evaluation& evaluation) { return evaluation.task != "trajectory"; }
+bool has_pixels(const Evaluation& evaluation) {
+  return evaluation.task != "trajectory" && evaluation.task != "cloud";
+}
 
 std::vector<std::string> headings(const Evaluation& evaluation) {
   std::vector<std::string> words{"sequence", "camera", "frames"};
@@ -177,6 +179,8 @@ std::string plots_html(const Evaluation& evaluation, const SubjectScore& subject
     shown_before = plot.y;
     html += "<figure>" + svg_of(plot) + "</figure>\n";
   }
+  for (const CheckResult::Plot& curve : subject.curves)
+    html += "<figure>" + svg_of(curve) + "</figure>\n";
   if (!subject.plots.empty()) html += "<figure>" + map_svg(subject.plots) + "</figure>\n";
   return html + "</div>\n";
 }

@@ -9,6 +9,7 @@
 #include "core/printable.h"
 #include "core/registry.h"
 #include "validate/evaluate/baseline.h"
+#include "validate/evaluate/cloud_truth.h"
 #include "validate/evaluate/error_pictures.h"
 #include "validate/evaluate/evaluate_report.h"
 #include "validate/evaluate/task.h"
@@ -32,10 +33,14 @@ void check_results(const EvaluateOptions& options) {
   };
   if (options.is_depth_clamped && options.max_depth_m == 0.0)
     refuse("--clamp takes the limit --max-depth-m, which 0 lifts");
+  if (options.has_baseline && options.task == "cloud")
+    refuse("it has no baseline; name --result, a cloud of points");
   if (options.has_baseline) {
     const std::string name = baseline_name(options.task);
     if (!options.baseline.empty() && options.baseline != name)
       refuse(fmt::format("its baseline is {}, not {}", name, options.baseline));
+    if (options.is_at_result_times)
+      refuse("--times result takes a TUM trajectory; the baseline has poses of frames");
     if (has_result || has_flow || has_disparity || !options.disparity_next.empty())
       refuse("--baseline makes the result; leave out --result, --flow and --disparity");
     return;
@@ -50,6 +55,8 @@ void check_results(const EvaluateOptions& options) {
           "--disparity-next)");
     if (!has_disparity && !options.disparity_next.empty())
       refuse("--disparity-next belongs to --disparity");
+  } else if (options.task == "cloud") {
+    if (!has_result) refuse("name --result, a cloud of points");
   } else if (!has_result) {
     refuse("name --result, or take --baseline for a first number");
   }
@@ -281,7 +288,9 @@ Evaluation run_evaluate(const EvaluateOptions& wanted, const fs::path& report_fo
   const TaskInfo& info = core::find_registered(tasks(), "task", wanted.task);
   check_results(wanted);
   Findings findings;
-  const Dataset dataset = read_dataset(wanted.truth, wanted.format, findings);
+  const Dataset dataset = wanted.task == "cloud" && is_cloud_file(wanted.truth)
+                              ? dataset_of_cloud(wanted.truth)
+                              : read_dataset(wanted.truth, wanted.format, findings);
   if (dataset.sequences.empty())
     fail(ErrorKind::Input, "{}: no sequence could be read: {}", wanted.truth.string(),
          fmt::join(findings.lines(3), "; "));
@@ -305,7 +314,7 @@ Evaluation run_evaluate(const EvaluateOptions& wanted, const fs::path& report_fo
   evaluation.measures = task->measures();
   evaluation.terms = task->terms();
   const bool is_by_frame = options.average == Averaging::Frames;
-  if (evaluation.task != "trajectory") {
+  if (evaluation.task != "trajectory" && evaluation.task != "cloud") {
     evaluation.terms.emplace_back(is_by_frame ? "mean of the frames' figures"
                                               : "mean of all pixels");
     evaluation.terms.emplace_back(options.missing == MissingPixels::Wrong

@@ -5,10 +5,11 @@
 // One line a task, alphabetical; the file is tasks/<name>.cpp and defines make_<name>_task(). The
 // word is what stands after --task.
 #define TERRACAST_TASKS(X)                                                               \
+  X(cloud, "cloud", "points: Chamfer distance, accuracy, completeness, F-score")         \
   X(depth, "depth", "planar depth: AbsRel, SqRel, RMSE, delta 1.25 (Eigen et al. 2014)") \
   X(flow, "flow", "optical flow: EPE2D, F1-all (KITTI 2015)")                            \
   X(scene_flow, "scene-flow", "scene flow: EPE2D, F1-all, EPE3D, delta3D at 5 and 10 m") \
-  X(trajectory, "trajectory", "camera poses: ATE and RPE of translations (Sturm et al. 2012)")
+  X(trajectory, "trajectory", "camera poses: ATE, RPE (Sturm et al. 2012), KITTI odometry's drift")
 
 namespace terracast::validate {
 

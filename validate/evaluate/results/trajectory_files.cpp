@@ -143,6 +143,16 @@ void take_tum(const std::vector<Row>& rows, const Subject& subject, const fs::pa
          "{}: no time stamp within {} s of a frame's: they run from {} to {} s, the frames' from "
          "{} to {} s (--time-offset-s is added to a result's)",
          file.string(), max_time_difference_s, first_s, last_s, times_s.front(), times_s.back());
+  double largest_off_s = 0.0;
+  for (std::size_t i = 0; i < times_s.size(); ++i)
+    if (trajectory.world_from_camera[i]) largest_off_s = std::max(largest_off_s, difference_s[i]);
+  constexpr double kRoundedStamp_s = 1e-6;
+  if (largest_off_s > kRoundedStamp_s)
+    trajectory.notes.push_back(
+        fmt::format("{}: time stamps are up to {:.3g} s from their frames', and count as theirs; "
+                    "--times result "
+                    "compares each row with the truth at its own time",
+                    file.string(), largest_off_s));
   if (num_unused > 0)
     trajectory.notes.push_back(
         fmt::format("{}: {} of {} rows are not used: no frame within {} s, or a nearer row",
@@ -229,6 +239,26 @@ fs::path find_trajectory(const fs::path& result, const Subject& subject) {
     if (fs::is_regular_file(result / path, error)) return result / path;
   fail(ErrorKind::Input, "{}: no trajectory there; {} was looked for", result.string(),
        fmt::join(tried, ", "));
+}
+
+TimedTrajectory read_timed_trajectory(const fs::path& file, double time_offset_s) {
+  const std::string text = core::read_text_file(file, kMostBytes);
+  TimedTrajectory trajectory;
+  for (const Row& row : rows_of(text, file.string())) {
+    if (row.words.size() != 8)
+      fail(ErrorKind::Input,
+           "{}: {} columns; --times result takes TUM's 8, whose rows have times of their own",
+           row.where, row.words.size());
+    const std::vector<double> n = row.numbers();
+    const double time_s = n[0] + time_offset_s;
+    if (!trajectory.times_s.empty() && !(time_s > trajectory.times_s.back()))
+      fail(ErrorKind::Input, "{}: {} s after {} s; --times result takes rows sorted by time",
+           row.where, time_s, trajectory.times_s.back());
+    trajectory.times_s.push_back(time_s);
+    trajectory.world_from_camera.emplace_back(pose_from_tum(n, row.where));
+  }
+  if (trajectory.times_s.empty()) fail(ErrorKind::Input, "{}: no poses in it", file.string());
+  return trajectory;
 }
 
 ResultTrajectory read_trajectory(const fs::path& file, const Subject& subject, double time_offset_s,

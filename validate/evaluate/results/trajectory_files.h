@@ -37,6 +37,15 @@ std::filesystem::path find_trajectory(const std::filesystem::path& result, const
 ResultTrajectory read_trajectory(const std::filesystem::path& file, const Subject& subject,
                                  double time_offset_s, double max_time_difference_s);
 
+/// A trajectory at its own times.
+struct TimedTrajectory {
+  std::vector<double> times_s;                         ///< from the first frame, increasing
+  std::vector<std::optional<Pose>> world_from_camera;  ///< one a time; all are there
+};
+/// Rows of TUM's form, whatever their rate.
+/// throws  Input: damage, another form, or times that do not increase
+TimedTrajectory read_timed_trajectory(const std::filesystem::path& file, double time_offset_s);
+
 /// Times of the frames, s from the first: the format's own, else frame / rate.
 std::vector<double> frame_times_s(const Sequence& sequence);
 
