@@ -68,8 +68,7 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
 
 void write_additions(DatasetWriter& writer, const std::string& folder,
                      const capture::SequenceReader& sequence,
-                     const std::vector<ExportedCamera>& cameras,
-                     const ScanForms& forms) {
+                     const std::vector<ExportedCamera>& cameras, const ScanForms& forms) {
   writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));

@@ -27,7 +27,6 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
 /// throws    Io; as write_clouds() and write_dsec_events()
 void write_additions(DatasetWriter& writer, const std::string& folder,
                      const capture::SequenceReader& sequence,
-                     const std::vector<ExportedCamera>& cameras,
-                     const ScanForms& forms = {});
+                     const std::vector<ExportedCamera>& cameras, const ScanForms& forms = {});
 
 }  // namespace terracast::exporters

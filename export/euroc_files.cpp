@@ -113,7 +113,8 @@ std::string about(const ImuBelief& belief) {
 std::string about_clock(const capture::StreamInfo& info) {
   if (!info.clock) return {};
   return fmt::format(
-      "# Its clock is believed to be ahead by {} s at the start, to gain {:.6g} ppm and to jitter by "
+      "# Its clock is believed to be ahead by {} s at the start, to gain {:.6g} ppm and to jitter "
+      "by "
       "{} s.\n",
       info.clock->believed_offset_s, 1e6 * info.clock->believed_drift, info.clock->jitter_sd_s);
 }

@@ -105,11 +105,10 @@ void write_fixes(DatasetWriter& writer, const std::string& folder,
   for (std::size_t i = 0; i < sequence.info().streams.size(); ++i) {
     const capture::StreamInfo& stream = sequence.info().streams[i];
     if (stream.kind != "gnss") continue;
-    writer.write_kept(
-        fmt::format("{}/sensors/{}/{}.nmea", folder, stream.rig, stream.name), [&] {
-          return nmea_text(stream, sequence.info().utc_start,
-                           sequence.read_samples(static_cast<int>(i)));
-        });
+    writer.write_kept(fmt::format("{}/sensors/{}/{}.nmea", folder, stream.rig, stream.name), [&] {
+      return nmea_text(stream, sequence.info().utc_start,
+                       sequence.read_samples(static_cast<int>(i)));
+    });
   }
 }
 

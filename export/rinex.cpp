@@ -37,8 +37,8 @@ struct Calendar {
   explicit Calendar(std::int64_t gps_steps) {
     constexpr std::int64_t kDay_s = 86400;
     const std::int64_t second = gps_steps / kStepsPerSecond;
-    date = std::chrono::sys_days(std::chrono::year(1980) / 1 / 6) +
-           std::chrono::days(second / kDay_s);
+    date =
+        std::chrono::sys_days(std::chrono::year(1980) / 1 / 6) + std::chrono::days(second / kDay_s);
     hour = second % kDay_s / 3600;
     minute = second % 3600 / 60;
     steps = gps_steps % (60 * kStepsPerSecond);
@@ -48,8 +48,8 @@ struct Calendar {
   unsigned day() const { return static_cast<unsigned>(date.day()); }
   /// "0.0000000", without rounding.
   std::string seconds(int width) const {
-    return fmt::format("{:>{}}", fmt::format("{}.{:07}", steps / kStepsPerSecond, steps % kStepsPerSecond),
-                       width);
+    return fmt::format(
+        "{:>{}}", fmt::format("{}.{:07}", steps / kStepsPerSecond, steps % kStepsPerSecond), width);
   }
 };
 
@@ -124,8 +124,8 @@ std::string heads(const std::string& kind, const std::string& utc_start) {
 std::string observations_text(const Observations& all, const capture::SequenceReader& sequence,
                               const capture::StreamInfo& stream) {
   const Eigen::Vector3d about = geo::ecef_from_geodetic(local_frame(sequence).origin);
-  const std::int64_t first_stamp = all.by_stamp.empty() ? Start(sequence.info().utc_start).steps
-                                                        : all.by_stamp.begin()->first;
+  const std::int64_t first_stamp =
+      all.by_stamp.empty() ? Start(sequence.info().utc_start).steps : all.by_stamp.begin()->first;
   const Calendar first(first_stamp);
   std::string text = heads("OBSERVATION DATA", sequence.info().utc_start);
   text += labelled("synthetic: a simulated receiver among simulated satellites", "COMMENT");
@@ -178,18 +178,18 @@ std::string orbit_text(const geo::BroadcastOrbit& orbit) {
   constexpr double kFit_h = 4.0;
   constexpr double kAccuracy_m = 2.0;
   // Issues of data have eight bits.
-  const double issue = static_cast<double>(toe_s / static_cast<std::int64_t>(geo::kOrbitInterval_s) % 256);
-  std::string text = fmt::format("G{:02} {:4} {:02} {:02} {:02} {:02} {:02}", orbit.prn, at.year(),
-                                 at.month(), at.day(), at.hour, at.minute,
-                                 at.steps / kStepsPerSecond) +
-                     d19(orbit.af0_s) + d19(orbit.af1) + d19(orbit.af2_per_s) + "\n";
+  const double issue =
+      static_cast<double>(toe_s / static_cast<std::int64_t>(geo::kOrbitInterval_s) % 256);
+  std::string text =
+      fmt::format("G{:02} {:4} {:02} {:02} {:02} {:02} {:02}", orbit.prn, at.year(), at.month(),
+                  at.day(), at.hour, at.minute, at.steps / kStepsPerSecond) +
+      d19(orbit.af0_s) + d19(orbit.af1) + d19(orbit.af2_per_s) + "\n";
   for (const auto& row :
        {std::array{issue, orbit.crs_m, orbit.delta_n_radps, orbit.m0_rad},
         std::array{orbit.cuc_rad, orbit.eccentricity, orbit.cus_rad, orbit.sqrt_a},
         std::array{in_week_s, orbit.cic_rad, orbit.omega0_rad, orbit.cis_rad},
         std::array{orbit.i0_rad, orbit.crc_m, orbit.omega_rad, orbit.omega_dot_radps},
-        std::array{orbit.idot_radps, 0.0, week, 0.0},
-        std::array{kAccuracy_m, 0.0, 0.0, issue},
+        std::array{orbit.idot_radps, 0.0, week, 0.0}, std::array{kAccuracy_m, 0.0, 0.0, issue},
         std::array{std::max(0.0, in_week_s - 0.5 * geo::kOrbitInterval_s), kFit_h, 0.0, 0.0}}) {
     text += "    ";
     for (const double value : row) text += d19(value);
@@ -208,12 +208,11 @@ std::string navigation_text(const Observations& all, const capture::SequenceRead
     std::replace(line.begin() + 4, line.end(), 'e', 'D');
     text += labelled(line, "IONOSPHERIC CORR");
   }
-  text += labelled(fmt::format("{:6}", static_cast<int>(geo::gps_minus_utc_s(unix_s))),
-                   "LEAP SECONDS");
+  text +=
+      labelled(fmt::format("{:6}", static_cast<int>(geo::gps_minus_utc_s(unix_s))), "LEAP SECONDS");
   text += labelled("", "END OF HEADER");
   for (const std::int64_t toe_s : all.toes_s)
-    for (const geo::BroadcastOrbit& orbit :
-         geo::baseline_constellation(static_cast<double>(toe_s)))
+    for (const geo::BroadcastOrbit& orbit : geo::baseline_constellation(static_cast<double>(toe_s)))
       text += orbit_text(orbit);
   return text;
 }

@@ -10,9 +10,11 @@
 
 // Every kind of trajectory, in alphabetical order: X(name) is geo/trajectories/name.cpp, which
 // defines `TrajectoryKindInfo name_trajectory()`.
-#define TERRACAST_TRAJECTORY_KINDS(X) \
-  X(corridor)                         \
-  X(explore) X(facade) X(fixed_wing) X(forward) X(loop) X(orbit) X(quadrotor) X(recorded) X(survey) X(waypoints)
+#define TERRACAST_TRAJECTORY_KINDS(X)                                                    \
+  X(corridor)                                                                            \
+  X(explore)                                                                             \
+  X(facade) X(fixed_wing) X(forward) X(loop) X(orbit) X(quadrotor) X(recorded) X(survey) \
+      X(waypoints)
 
 namespace terracast::geo {
 

@@ -231,10 +231,7 @@ void GnssObservations::look(const SensorSite& site, const Epoch& epoch,
       Sighting& one = satellites[open[k]];
       one.is_visible = false;
       one.blocked_by = classes[k];
-      one.blocked_by_instance =
-          hits[k].is_ground()
-              ? 0
-              : surfaces[k].provenance.instance_id;
+      one.blocked_by_instance = hits[k].is_ground() ? 0 : surfaces[k].provenance.instance_id;
     }
     open = std::move(still_open);
   }
@@ -242,15 +239,14 @@ void GnssObservations::look(const SensorSite& site, const Epoch& epoch,
 
 double GnssObservations::noise(const SensorSite& site, Draw draw, int prn,
                                std::int64_t tick) const {
-  return normal_deviate(open_unit(core::random_bits(
-      site.stream_seed, core::stream_of(draw, static_cast<std::uint64_t>(prn)),
-      static_cast<std::uint64_t>(tick))));
+  return normal_deviate(open_unit(
+      core::random_bits(site.stream_seed, core::stream_of(draw, static_cast<std::uint64_t>(prn)),
+                        static_cast<std::uint64_t>(tick))));
 }
 
 void GnssObservations::add_row(const SensorSite& site, const Epoch& epoch,
-                               const Sighting& satellite,
-                               const geo::DilutionOfPrecision& dilution, int num_visible,
-                               capture::Samples& rows) const {
+                               const Sighting& satellite, const geo::DilutionOfPrecision& dilution,
+                               int num_visible, capture::Samples& rows) const {
   const geo::ReceivedSatellite& signal = satellite.signal;
   const int prn = satellite.orbit->prn;
   const double clock_s = 1e-6 * clock_offset_us_ + 1e-9 * clock_drift_ppb_ * epoch.time_s;
@@ -263,8 +259,8 @@ void GnssObservations::add_row(const SensorSite& site, const Epoch& epoch,
   double troposphere_m = 0.0;
   if (troposphere_ != "none") {
     const double altitude_msl_m =
-        epoch.antenna.height_m - SensorSite::mean_sea_level()->undulation_m(
-                                     epoch.antenna.lat_deg, epoch.antenna.lon_deg);
+        epoch.antenna.height_m -
+        SensorSite::mean_sea_level()->undulation_m(epoch.antenna.lat_deg, epoch.antenna.lon_deg);
     troposphere_m = geo::troposphere_delay_m(geo::radians_from_degrees(epoch.antenna.lat_deg),
                                              altitude_msl_m, satellite.elevation_rad);
   }
@@ -288,10 +284,9 @@ void GnssObservations::add_row(const SensorSite& site, const Epoch& epoch,
   row[kBlockedByInstance] = satellite.blocked_by_instance;
   row[kPseudorange] = noisy(signal.range_m + clocks_m + ionosphere_m + troposphere_m,
                             pseudorange_noise_m_, kOfPseudorange);
-  row[kCarrier] =
-      noisy((signal.range_m + clocks_m - ionosphere_m + troposphere_m) / kWavelength_m +
-                whole_waves,
-            1e-3 * carrier_noise_mm_ / kWavelength_m, kOfCarrier);
+  row[kCarrier] = noisy(
+      (signal.range_m + clocks_m - ionosphere_m + troposphere_m) / kWavelength_m + whole_waves,
+      1e-3 * carrier_noise_mm_ / kWavelength_m, kOfCarrier);
   row[kDoppler] = noisy(-(signal.range_rate_mps + clock_rates_mps) / kWavelength_m,
                         doppler_noise_hz_, kOfDoppler);
   row[kTrueRange] = signal.range_m;
@@ -332,8 +327,8 @@ capture::Samples GnssObservations::scan(const SensorSite& site,
     epoch.antenna = frame.geodetic_from_world(antenna.place_world);
     epoch.antenna_ecef_m = ecef_from_world * antenna.place_world;
     epoch.velocity_ecef_mps = ecef_from_world.rotation * antenna.velocity_world_mps;
-    epoch.ecef_from_enu = ecef_from_world.rotation.toRotationMatrix() *
-                          frame.world_from_enu(antenna.place_world);
+    epoch.ecef_from_enu =
+        ecef_from_world.rotation.toRotationMatrix() * frame.world_from_enu(antenna.place_world);
 
     std::vector<Sighting> satellites = sightings(epoch, orbits);
     look(site, epoch, satellites);

@@ -41,8 +41,7 @@
   X(reprojection, "depth carried by poses into other images against the depth there")              \
   X(segmentation, "classes carried by depth and poses into other images against those there")      \
   X(sensors, "samples of sensors beside cameras: times, mounts, ranges against the world's tiles") \
-  X(signals,                                                                                       \
-    "signals of satellites against poses, orbits, RINEX and the world that hides some")            \
+  X(signals, "signals of satellites against poses, orbits, RINEX and the world that hides some")   \
   X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \
   X(structure,                                                                                     \
     "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside "  \

@@ -37,9 +37,8 @@ SentSignal sent_signal(const NavigationRecord& record, double received_since_toe
   const double u = phi + record.cus * s + record.cuc * c;
   const double r = std::abs(at) + record.crs * s + record.crc * c;
   const double tilt = record.i0 + record.idot * t + record.cis * s + record.cic * c;
-  const double node =
-      record.omega0 + record.omega_dot * t - kEarth_radps * (t + record.toe_s) -
-      kEarth_radps * light_s;  // into the Earth's frame at reception
+  const double node = record.omega0 + record.omega_dot * t - kEarth_radps * (t + record.toe_s) -
+                      kEarth_radps * light_s;  // into the Earth's frame at reception
   SentSignal signal;
   signal.place_ecef = AngleAxisd(node, Vector3d::UnitZ()) *
                       (AngleAxisd(tilt, Vector3d::UnitX()) *

@@ -19,8 +19,9 @@ struct NavigationRecord {
 };
 
 struct SentSignal {
-  Eigen::Vector3d place_ecef;  ///< of the satellite when it sent, in the Earth's frame when it is received
-  double clock_s = 0.0;        ///< of the satellite ahead of GPS time
+  Eigen::Vector3d
+      place_ecef;  ///< of the satellite when it sent, in the Earth's frame when it is received
+  double clock_s = 0.0;  ///< of the satellite ahead of GPS time
 };
 
 /// Of a signal that travelled so far and is received so long after the record's time.

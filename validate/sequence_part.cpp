@@ -91,9 +91,9 @@ std::vector<Pose> poses_part(const std::vector<Pose>& first_from_camera0, const 
 Sequence part_of(const Sequence& sequence, int first_frame, int num_frames,
                  const std::vector<int>& kept_cameras) {
   const auto& [name, path, num_all_frames, rate_hz, utc_start, origin, geometry, times_s,
-               states_belief, states_sensor_stamps, has_poses_of_rows, motion, moving, cameras, stereo, scans, classes,
-               local_from_first, binary_model, text_model, believed_model, oxts, camera0_from_imu,
-               first_from_camera0, tried_sensors] = sequence;
+               states_belief, states_sensor_stamps, has_poses_of_rows, motion, moving, cameras,
+               stereo, scans, classes, local_from_first, binary_model, text_model, believed_model,
+               oxts, camera0_from_imu, first_from_camera0, tried_sensors] = sequence;
   const Span span{
       .first = first_frame, .count = num_frames, .start_s = first_frame / sequence.rate_hz};
   Sequence part{.name = name,

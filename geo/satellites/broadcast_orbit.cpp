@@ -42,9 +42,8 @@ SatelliteState satellite_state(const BroadcastOrbit& orbit, double time_s) {
   const double anomaly_rate = motion_radps / (1.0 - e * cos_e);
   const double root = std::sqrt(1.0 - e * e);
 
-  const Rated latitude{
-      .value = std::atan2(root * sin_e, cos_e - e) + orbit.omega_rad,
-      .rate = root * anomaly_rate / (1.0 - e * cos_e)};
+  const Rated latitude{.value = std::atan2(root * sin_e, cos_e - e) + orbit.omega_rad,
+                       .rate = root * anomaly_rate / (1.0 - e * cos_e)};
   const Rated u = corrected(latitude, orbit.cuc_rad, orbit.cus_rad, latitude);
   const Rated r = corrected({a * (1.0 - e * cos_e), a * e * sin_e * anomaly_rate}, orbit.crc_m,
                             orbit.crs_m, latitude);
@@ -55,9 +54,8 @@ SatelliteState satellite_state(const BroadcastOrbit& orbit, double time_s) {
                       kGpsEarthRate_radps * std::fmod(orbit.toe_gps_s, kGpsWeek_s);
 
   const Eigen::Vector2d plane(r.value * std::cos(u.value), r.value * std::sin(u.value));
-  const Eigen::Vector2d plane_rate(
-      r.rate * std::cos(u.value) - plane.y() * u.rate,
-      r.rate * std::sin(u.value) + plane.x() * u.rate);
+  const Eigen::Vector2d plane_rate(r.rate * std::cos(u.value) - plane.y() * u.rate,
+                                   r.rate * std::sin(u.value) + plane.x() * u.rate);
   const double cos_i = std::cos(i.value), sin_i = std::sin(i.value);
   const double cos_n = std::cos(node), sin_n = std::sin(node);
   const Vector3d along_node(cos_n, sin_n, 0.0);
@@ -95,8 +93,8 @@ ReceivedSatellite received(const BroadcastOrbit& orbit, double since_toe_s,
   // with the Earth's turning over the light time; both depend on the range's own rate.
   const Eigen::AngleAxisd turn(-kGpsEarthRate_radps * light_s, Vector3d::UnitZ());
   const double from_motion = signal.direction_ecef.dot(turn * signal.sent.velocity_ecef_mps);
-  const double from_turn = signal.direction_ecef.dot(
-      kGpsEarthRate_radps * Vector3d::UnitZ().cross(signal.place_ecef_m));
+  const double from_turn =
+      signal.direction_ecef.dot(kGpsEarthRate_radps * Vector3d::UnitZ().cross(signal.place_ecef_m));
   // r' = d.(v_sat (1 - r'/c) - w x p r'/c - v)
   signal.range_rate_mps = (from_motion - signal.direction_ecef.dot(velocity_mps)) /
                           (1.0 + (from_motion + from_turn) / kLight_mps);

@@ -17,21 +17,24 @@ namespace {
 /// Right ascension of the planes' ascending nodes at the epoch.
 constexpr std::array<double, 6> kNodes_deg = {272.847, 332.847, 32.847, 92.847, 152.847, 212.847};
 /// Arguments of latitude at the epoch.
-constexpr std::array<std::array<double, 4>, 6> kSlots_deg = {{{268.126, 161.786, 11.676, 41.806},
-                                                              {80.956, 173.336, 309.976, 204.376},
-                                                              {111.876, 11.796, 339.666, 241.556},
-                                                              {135.226, 265.446, 35.156, 167.356},
-                                                              {197.046, 302.596, 66.066, 333.686},
-                                                              {238.886, 345.226, 105.206, 135.346}}};
-constexpr double kGreenwich_deg = 279.06;       // 18 h 36 min 14.4 s
-constexpr double kEpoch_unix_s = 741484800.0;   // 1993-07-01
+constexpr std::array<std::array<double, 4>, 6> kSlots_deg = {
+    {{268.126, 161.786, 11.676, 41.806},
+     {80.956, 173.336, 309.976, 204.376},
+     {111.876, 11.796, 339.666, 241.556},
+     {135.226, 265.446, 35.156, 167.356},
+     {197.046, 302.596, 66.066, 333.686},
+     {238.886, 345.226, 105.206, 135.346}}};
+constexpr double kGreenwich_deg = 279.06;      // 18 h 36 min 14.4 s
+constexpr double kEpoch_unix_s = 741484800.0;  // 1993-07-01
 constexpr double kAxis_m = 26559700.0;
 constexpr double kInclination_deg = 55.0;
 /// By the Earth's flattening: -4.4874e-7 degrees a second, in the standard's almanac.
 constexpr double kNodeRate_degps = -4.4874e-7;
 
 /// As RINEX writes it: 13 digits.
-double as_written(double value) { return std::strtod(fmt::format("{:.12e}", value).c_str(), nullptr); }
+double as_written(double value) {
+  return std::strtod(fmt::format("{:.12e}", value).c_str(), nullptr);
+}
 
 /// Within -pi to pi.
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
@@ -63,8 +66,8 @@ std::vector<BroadcastOrbit> baseline_constellation(double toe_gps_s) {
            .i0_rad = as_written(radians_from_degrees(kInclination_deg)),
            .omega0_rad = as_written(wrapped(node_rad + kGpsEarthRate_radps * in_week_s)),
            .omega_dot_radps = node_rate_radps,
-           .m0_rad = as_written(
-               wrapped(radians_from_degrees(slot_deg) + motion_radps * since_epoch_s)),
+           .m0_rad =
+               as_written(wrapped(radians_from_degrees(slot_deg) + motion_radps * since_epoch_s)),
            .delta_n_radps = as_written(motion_radps - kepler_radps)});
     }
   return orbits;

@@ -29,10 +29,10 @@ double ionosphere_delay_m(const KlobucharModel& model, const Geodetic& place, do
   // Angles are in semicircles, as the standard has them.
   const double elevation = elevation_rad / kPi;
   const double earth_angle = 0.0137 / (elevation + 0.11) - 0.022;
-  const double latitude = std::clamp(
-      place.lat_deg / 180.0 + earth_angle * std::cos(azimuth_rad), -0.416, 0.416);
-  const double longitude = place.lon_deg / 180.0 +
-                           earth_angle * std::sin(azimuth_rad) / std::cos(latitude * kPi);
+  const double latitude =
+      std::clamp(place.lat_deg / 180.0 + earth_angle * std::cos(azimuth_rad), -0.416, 0.416);
+  const double longitude =
+      place.lon_deg / 180.0 + earth_angle * std::sin(azimuth_rad) / std::cos(latitude * kPi);
   const double magnetic = latitude + 0.064 * std::cos((longitude - 1.617) * kPi);
   constexpr double kDay_s = 86400.0;
   double local_s = std::fmod(4.32e4 * longitude + gps_s, kDay_s);
@@ -52,8 +52,7 @@ double troposphere_delay_m(double lat_rad, double altitude_msl_m, double elevati
   const double pressure_hpa = 1013.25 * std::pow(1.0 - 2.2557e-5 * altitude_m, 5.2568);
   const double temperature_k = 288.15 - 6.5e-3 * altitude_m;
   const double vapour_hpa =
-      6.108 * kHumidity *
-      std::exp((17.15 * temperature_k - 4684.0) / (temperature_k - 38.45));
+      6.108 * kHumidity * std::exp((17.15 * temperature_k - 4684.0) / (temperature_k - 38.45));
   const double zenith = std::cos(0.5 * kPi - elevation_rad);
   const double dry_m = 0.0022768 * pressure_hpa /
                        (1.0 - 0.00266 * std::cos(2.0 * lat_rad) - 0.00028 * 1e-3 * altitude_m);

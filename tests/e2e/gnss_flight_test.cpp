@@ -188,8 +188,8 @@ TEST_F(GnssFlight, RtklibReadsTheFixes) {
   if (run_command("sh", {"-c", "command -v pos2kml"}).status != 0)
     GTEST_SKIP() << "no pos2kml: install rtklib";
   const fs::path kml = scratch() / "fix.kml";
-  const ProgramResult run = run_command("pos2kml", {"-a", "-o", kml.string(),
-                                                    sensor("fix.nmea").string()});
+  const ProgramResult run =
+      run_command("pos2kml", {"-a", "-o", kml.string(), sensor("fix.nmea").string()});
   ASSERT_EQ(run.status, 0) << run.output;
   std::istringstream lines(core::read_text_file(kml));
   std::string line;
@@ -208,10 +208,9 @@ TEST_F(GnssFlight, RtklibReadsTheFixes) {
 }
 
 TEST_F(GnssFlight, HoldsAndWrongRowsAreFound) {
-  const std::vector<std::string> results = {"signals",           "signals_observables",
-                                            "signals_range",     "signals_range_rate",
-                                            "signals_orbits",    "signals_rinex",
-                                            "signals_hidden",    "navigation_nmea"};
+  const std::vector<std::string> results = {
+      "signals",        "signals_observables", "signals_range",  "signals_range_rate",
+      "signals_orbits", "signals_rinex",       "signals_hidden", "navigation_nmea"};
   for (const std::string& name : results) {
     const Json result = result_in(out() / "report/terracast", name);
     EXPECT_TRUE(result.at("ok").boolean()) << name << ": " << result.at("worst").string();
@@ -272,7 +271,8 @@ TEST_F(GnssFlight, HoldsAndWrongRowsAreFound) {
       {"signals_orbits", "another node", in_text("navigation.rnx", "G10", "D-09", "D-08")},
       {"navigation_nmea", "a place without its checksum",
        in_text("../fix.nmea", "$GPGGA", "$GPGGA", "$GPGGB")},
-      {"signals_rinex", "another system of satellites", in_text("observations.rnx", "> ", "G", "R")}};
+      {"signals_rinex", "another system of satellites",
+       in_text("observations.rnx", "> ", "G", "R")}};
   for (const Mistake& mistake : mistakes) {
     const fs::path copy = scratch() / "copy";
     fs::remove_all(copy);

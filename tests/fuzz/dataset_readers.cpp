@@ -111,8 +111,8 @@ void fuzz_rinex_observations(Bytes input) {
   validate::parse_rinex_observations(text_of(input), "fuzz.rnx");
 }
 void fuzz_lidar_instances(Bytes input) {
-  validate::parse_instances(
-      std::string(reinterpret_cast<const char*>(input.data()), input.size()), "instances.csv");
+  validate::parse_instances(std::string(reinterpret_cast<const char*>(input.data()), input.size()),
+                            "instances.csv");
 }
 void fuzz_lidar_labels(Bytes input) {
   for (const validate::ScanLabel& label : validate::parse_labels(input, "fuzz.label"))

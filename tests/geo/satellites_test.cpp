@@ -156,10 +156,10 @@ TEST(Satellites, TracksRepeatAndElementsOfNeighbouringHoursAgree) {
     // Elements have 13 digits: 3e-5 m each.
     EXPECT_LT((between - satellite_state(later[i], -0.5 * kOrbitInterval_s).place_ecef_m).norm(),
               1e-3);
-    EXPECT_LT((satellite_state(now[i], day_s).place_ecef_m -
-               satellite_state(now[i], 0.0).place_ecef_m)
-                  .norm(),
-              0.01);
+    EXPECT_LT(
+        (satellite_state(now[i], day_s).place_ecef_m - satellite_state(now[i], 0.0).place_ecef_m)
+            .norm(),
+        0.01);
   }
 }
 
@@ -171,8 +171,7 @@ TEST(Satellites, EveryPlaceSeesEnough) {
   int open = 0, wide = 0;
   constexpr int kPlaces = 2000;
   for (int k = 0; k < kPlaces; ++k) {
-    const Geodetic place{std::asin(between(-1.0, 1.0)) / kDegree,
-                         between(-180.0, 180.0), 0.0};
+    const Geodetic place{std::asin(between(-1.0, 1.0)) / kDegree, between(-180.0, 180.0), 0.0};
     const double gps_s = between(1e9, 2e9);
     const double toe_s = toe_of(gps_s);
     const Eigen::Matrix3d ecef_from_enu =

@@ -55,10 +55,10 @@ struct Row {
 };
 
 TEST_F(GnssObservations, NoiseGrowsTowardsTheHorizon) {
-  const capture::Samples samples =
-      scan("pseudorange_noise_m = 0.5\ncarrier_noise_mm = 3.0\ndoppler_noise_hz = 0.2\n"
-           "clock_offset_us = -700.0\nclock_drift_ppb = 1000.0\n",
-           1.0, {.first = 0, .end = 900});
+  const capture::Samples samples = scan(
+      "pseudorange_noise_m = 0.5\ncarrier_noise_mm = 3.0\ndoppler_noise_hz = 0.2\n"
+      "clock_offset_us = -700.0\nclock_drift_ppb = 1000.0\n",
+      1.0, {.first = 0, .end = 900});
   std::map<int, double> whole_waves;
   double code2 = 0.0, carrier2 = 0.0, doppler2 = 0.0, count = 0.0;
   for (std::size_t i = 0; i < samples.times_s.size(); ++i) {

@@ -296,7 +296,8 @@ class NavigationChecker : public Checker {
     const std::string path = sensor.file.substr(0, sensor.file.size() - 3) + "nmea";
     if (!dataset.files.contains(path)) return;
     try {
-      const std::vector<NmeaFix> fixes = parse_nmea(core::read_text_file(dataset.root / path), path);
+      const std::vector<NmeaFix> fixes =
+          parse_nmea(core::read_text_file(dataset.root / path), path);
       nmea_.expect(fixes.size() == sensor.times_s.size(), "{}: {} fixes, where {} were made", path,
                    fixes.size(), sensor.times_s.size());
       const std::int64_t start_ns = parse_utc_ns(sequence.utc_start, "utc_start");

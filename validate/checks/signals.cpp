@@ -158,9 +158,8 @@ class SignalsChecker : public Checker {
       if (error.kind() != core::ErrorKind::Input && error.kind() != core::ErrorKind::Io) throw;
       return {};  // `sensors` names it
     }
-    std::erase_if(sensors, [](const SensorRecord& sensor) {
-      return sensor.kind != "gnss_observations";
-    });
+    std::erase_if(sensors,
+                  [](const SensorRecord& sensor) { return sensor.kind != "gnss_observations"; });
     if (sensors.empty())
       return {skipped_result("signals", "there is no receiver of satellites' signals")};
     open_world(dataset, sequence);
@@ -178,8 +177,7 @@ class SignalsChecker : public Checker {
 
  private:
   void read_rows(const Dataset& dataset, const Sequence& sequence, Receiver& receiver) {
-    for (int frame = 0; frame < sequence.num_frames; ++frame)
-      try {
+    for (int frame = 0; frame < sequence.num_frames; ++frame) try {
         std::size_t number = 0;
         for (Row& row : rows_of(read_scans(dataset, *receiver.sensor, frame))) {
           receiver.names.push_back(
@@ -207,8 +205,8 @@ class SignalsChecker : public Checker {
       rows_.expect(row.prn >= 1 && row.prn <= 32, "{}: PRN {}", name, row.prn);
       rows_.expect(row.elevation_deg >= settings.mask_deg - 1e-9 && row.elevation_deg <= 90.0,
                    "{}: {} deg above the horizon, below the mask", name, row.elevation_deg);
-      const bool is_open = std::isfinite(row.pseudorange_m) &&
-                           std::isfinite(row.carrier_cycles) && std::isfinite(row.doppler_hz);
+      const bool is_open = std::isfinite(row.pseudorange_m) && std::isfinite(row.carrier_cycles) &&
+                           std::isfinite(row.doppler_hz);
       rows_.expect(row.is_visible == is_open, "{}: {}visible, and has {} signals", name,
                    row.is_visible ? "" : "in", is_open ? "its" : "no");
       rows_.expect(!row.is_visible || (row.class_id == 0 && row.instance_id == 0),
@@ -301,9 +299,9 @@ class SignalsChecker : public Checker {
         double allowed_m = std::max({doubt_m(k - 1), doubt_m(k), doubt_m(k + 1)}) + 1e-7;
         if (k >= 2) allowed_m = std::max(allowed_m, doubt_m(k - 2));
         allowed_m = std::max(allowed_m, doubt_m(k + 2));
-        const double way_m = step_s / 3.0 *
-                             (row(k - 1).range_rate_mps + 4.0 * row(k).range_rate_mps +
-                              row(k + 1).range_rate_mps);
+        const double way_m =
+            step_s / 3.0 *
+            (row(k - 1).range_rate_mps + 4.0 * row(k).range_rate_mps + row(k + 1).range_rate_mps);
         rate_.note(std::abs(row(k + 1).range_m - row(k - 1).range_m - way_m), allowed_m,
                    receiver.names[track[k]] + ", m");
         if (!row(k).is_visible) continue;
@@ -313,10 +311,10 @@ class SignalsChecker : public Checker {
         // Clocks of microseconds are doubles to 1e-21 s; offsets of a millisecond to 1e-19.
         const double clock_rounding_hz = 1e-18 / step_s * kLight_mps / kWave_m;
         const double right_hz = -(row(k).range_rate_mps + kLight_mps * clock_rate) / kWave_m;
-        code_.note(std::abs(row(k).doppler_hz - right_hz),
-                   1e-6 + clock_rounding_hz +
-                       kDeviations * settings.doppler_noise_hz * row(k).slant(),
-                   receiver.names[track[k]] + ", Hz");
+        code_.note(
+            std::abs(row(k).doppler_hz - right_hz),
+            1e-6 + clock_rounding_hz + kDeviations * settings.doppler_noise_hz * row(k).slant(),
+            receiver.names[track[k]] + ", Hz");
       }
     }
   }
@@ -425,12 +423,12 @@ class SignalsChecker : public Checker {
           core::fail(core::ErrorKind::Input, "{}: it is missing", path);
         return core::read_text_file(dataset.root / path);
       };
-      compare_orbits(receiver, *start_ns,
-                     parse_rinex_navigation(text_of("navigation.rnx"),
-                                            receiver.file("navigation.rnx")));
-      compare_observations(receiver, *start_ns,
-                           parse_rinex_observations(text_of("observations.rnx"),
-                                                    receiver.file("observations.rnx")));
+      compare_orbits(
+          receiver, *start_ns,
+          parse_rinex_navigation(text_of("navigation.rnx"), receiver.file("navigation.rnx")));
+      compare_observations(
+          receiver, *start_ns,
+          parse_rinex_observations(text_of("observations.rnx"), receiver.file("observations.rnx")));
     } catch (const core::Error& error) {
       if (error.kind() != core::ErrorKind::Input) throw;
       files_.expect(false, "{}", error.message());
@@ -442,8 +440,7 @@ class SignalsChecker : public Checker {
     for (std::size_t i = 0; i < receiver.rows.size(); ++i) {
       const Row& row = receiver.rows[i];
       const auto since_s = [&](const NavigationRecord& record) {
-        const std::int64_t since_ns =
-            start_ns - 1'000'000'000 * std::llround(record.toe_gps_s());
+        const std::int64_t since_ns = start_ns - 1'000'000'000 * std::llround(record.toe_gps_s());
         return 1e-9 * static_cast<double>(since_ns) + row.time_s;
       };
       const NavigationRecord* nearest = nullptr;
@@ -542,10 +539,10 @@ class SignalsChecker : public Checker {
         fmt::format("{} observations of observations.rnx against the rows.", files_.num_compared),
         "Three decimals.", "a satellite that is missing, stamps by another clock");
     if (world_.empty() || !exact_)
-      all.push_back(no_world_.empty()
-                        ? skipped_result("signals_hidden",
-                                         "no world to compare with: give --world STORE")
-                        : unseen_result("signals_hidden", no_world_));
+      all.push_back(
+          no_world_.empty()
+              ? skipped_result("signals_hidden", "no world to compare with: give --world STORE")
+              : unseen_result("signals_hidden", no_world_));
     else if (hidden_.num_compared == 0)
       all.push_back(unseen_result("signals_hidden",
                                   num_uncertain_ > 0

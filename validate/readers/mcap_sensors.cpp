@@ -297,7 +297,7 @@ void check_bag_sensors(const Dataset& dataset, const Sequence& sequence,
     // A rig without cameras may have been left out.
     if (!is_exported && !mounts.contains(frame)) continue;
     if (sensor.kind.find('.') != std::string::npos) continue;  // of a plug-in
-    if (sensor.kind == "events") continue;  // the bag leaves them out
+    if (sensor.kind == "events") continue;                     // the bag leaves them out
     findings.attempt(bag.path(), [&] {
       check_mount(mounts, sensor, frame, bag.path());
       if (sensor.is_scan) check_clouds(dataset, sequence, sensor, start_ns, frame, bag);

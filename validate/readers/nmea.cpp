@@ -43,8 +43,7 @@ class Sentence {
     if (text.size() < degree_digits + 3 || half.size() != 1 ||
         (half[0] != positive && half[0] != negative))
       wrong("no angle of degrees and minutes");
-    const auto degrees =
-        static_cast<double>(parse_integer(text.substr(0, degree_digits), where_));
+    const auto degrees = static_cast<double>(parse_integer(text.substr(0, degree_digits), where_));
     const double minutes = parse_number(text.substr(degree_digits), where_);
     if (!(degrees >= 0.0) || !(minutes >= 0.0 && minutes < 60.0)) wrong("minutes beyond 60");
     const double deg = degrees + minutes / 60.0;
@@ -54,10 +53,10 @@ class Sentence {
   /// UTC of "hhmmss.sss" of a day "ddmmyy".
   std::int64_t unix_ns(std::string_view day, std::string_view time) const {
     if (day.size() != 6 || time.size() < 8 || time[6] != '.') wrong("no time of hhmmss.sss");
-    return parse_utc_ns(fmt::format("20{}-{}-{} {}:{}:{}", day.substr(4, 2), day.substr(2, 2),
-                                    day.substr(0, 2), time.substr(0, 2), time.substr(2, 2),
-                                    time.substr(4)),
-                        where_);
+    return parse_utc_ns(
+        fmt::format("20{}-{}-{} {}:{}:{}", day.substr(4, 2), day.substr(2, 2), day.substr(0, 2),
+                    time.substr(0, 2), time.substr(2, 2), time.substr(4)),
+        where_);
   }
 
  private:
@@ -84,8 +83,7 @@ std::vector<NmeaFix> parse_nmea(std::string_view text, const std::string& where)
     if (gga.cell(1) != rmc.cell(1) || gga.cell(1) != gst.cell(1))
       gga.wrong("another time than that of the fix's RMC or GST");
     for (std::size_t k = 0; k < 4; ++k)
-      if (gga.cell(2 + k) != rmc.cell(3 + k))
-        gga.wrong("another place than that of the fix's RMC");
+      if (gga.cell(2 + k) != rmc.cell(3 + k)) gga.wrong("another place than that of the fix's RMC");
     if (rmc.cell(2) != "A" || rmc.cell(12).size() != 1) rmc.wrong("no valid fix");
     if (gga.cell(10) != "M" || gga.cell(12) != "M") gga.wrong("heights that are not in metres");
     constexpr double kKnot_mps = 1852.0 / 3600.0;

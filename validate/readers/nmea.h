@@ -11,7 +11,7 @@ namespace terracast::validate {
 struct NmeaFix {
   std::int64_t unix_ns = 0;  ///< UTC
   double lat_deg = 0.0, lon_deg = 0.0, altitude_msl_m = 0.0, undulation_m = 0.0;
-  int kind = 0;  ///< of GGA
+  int kind = 0;     ///< of GGA
   char mode = 'N';  ///< of RMC
   double speed_mps = 0.0, course_deg = 0.0;
   double sigma_lat_m = 0.0, sigma_lon_m = 0.0, sigma_height_m = 0.0;

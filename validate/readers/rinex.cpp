@@ -109,10 +109,9 @@ std::vector<RinexEpoch> parse_rinex_observations(std::string_view text, const st
     const std::string_view head = lines.take();
     if (lines.cell(head, 0, 2) != "> ") lines.wrong("no epoch begins");
     RinexEpoch epoch;
-    const std::int64_t minutes_s =
-        gps_seconds(lines, lines.integer(head, 2, 4), lines.integer(head, 7, 2),
-                    lines.integer(head, 10, 2), lines.integer(head, 13, 2),
-                    lines.integer(head, 16, 2));
+    const std::int64_t minutes_s = gps_seconds(
+        lines, lines.integer(head, 2, 4), lines.integer(head, 7, 2), lines.integer(head, 10, 2),
+        lines.integer(head, 13, 2), lines.integer(head, 16, 2));
     // Seven decimals, which a double of GPS time does not hold.
     const std::int64_t second = lines.integer(head, 18, 3), part = lines.integer(head, 22, 7);
     if (lines.cell(head, 21, 1) != "." || second < 0 || second > 59 || part < 0)
@@ -143,11 +142,10 @@ std::vector<NavigationRecord> parse_rinex_navigation(std::string_view text,
     const std::string_view head = lines.take();
     NavigationRecord record{.prn = prn_of(lines, head)};
     const std::int64_t second = lines.integer(head, 21, 2);
-    const std::int64_t toc_s =
-        gps_seconds(lines, lines.integer(head, 4, 4), lines.integer(head, 9, 2),
-                    lines.integer(head, 12, 2), lines.integer(head, 15, 2),
-                    lines.integer(head, 18, 2)) +
-        second;
+    const std::int64_t toc_s = gps_seconds(lines, lines.integer(head, 4, 4),
+                                           lines.integer(head, 9, 2), lines.integer(head, 12, 2),
+                                           lines.integer(head, 15, 2), lines.integer(head, 18, 2)) +
+                               second;
     record.af0 = lines.number(head, 23, 19);
     record.af1 = lines.number(head, 42, 19);
     record.af2 = lines.number(head, 61, 19);
