@@ -55,8 +55,11 @@ void stamp(const std::string& utc, Fix& fix) {
 std::string sentences(const Fix& fix) {
   constexpr double kKnot_mps = 1852.0 / 3600.0;
   const double speed_knots = std::hypot(fix.north_mps, fix.east_mps) / kKnot_mps;
+  constexpr double kStep_deg = 1e-4;
   double course_deg = std::atan2(fix.east_mps, fix.north_mps) * 180.0 / std::numbers::pi;
   if (course_deg < 0.0) course_deg += 360.0;
+  // None is 360, and none -0.
+  if (!(course_deg > 0.0) || course_deg >= 360.0 - 0.5 * kStep_deg) course_deg = 0.0;
   // The day first, which readers want before a fix. Satellites and dilution are not modelled: their cells are empty.
   return sentence(fmt::format("GPRMC,{},A,{},{:.4f},{:.4f},{},,,{}", fix.time, fix.place(),
                               speed_knots, course_deg, fix.day,

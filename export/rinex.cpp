@@ -96,13 +96,15 @@ Observations observations_of(const capture::SequenceReader& sequence, int stream
       const double time_s = rows.times_s[row];
       all.toes_s.insert(static_cast<std::int64_t>(
           geo::toe_of(static_cast<double>(start.steps) / kStepsPerSecond + time_s)));
-      if (values[visible] == 0.0) continue;
       // What the receiver's clock shows, in whole steps; what is left over goes out of the ranges.
       const double shown_s = start.rest_s + time_s + values[clock];
       const std::int64_t steps = std::llround(shown_s * static_cast<double>(kStepsPerSecond));
       const double left_m =
           geo::kLight_mps * (shown_s - static_cast<double>(steps) / kStepsPerSecond);
-      all.by_stamp[start.steps + steps].push_back(
+      // Of an epoch without satellites there is an entry too: what it had tracked is lost.
+      std::vector<Observation>& epoch = all.by_stamp[start.steps + steps];
+      if (values[visible] == 0.0) continue;
+      epoch.push_back(
           {.prn = static_cast<int>(values[prn]),
            .pseudorange_m = values[pseudorange] - left_m,
            .carrier_cycles = values[carrier] - left_m / kWavelength_m,
@@ -124,9 +126,10 @@ std::string heads(const std::string& kind, const std::string& utc_start) {
 std::string observations_text(const Observations& all, const capture::SequenceReader& sequence,
                               const capture::StreamInfo& stream) {
   const Eigen::Vector3d about = geo::ecef_from_geodetic(local_frame(sequence).origin);
-  const std::int64_t first_stamp =
-      all.by_stamp.empty() ? Start(sequence.info().utc_start).steps : all.by_stamp.begin()->first;
-  const Calendar first(first_stamp);
+  const auto seen = std::find_if(all.by_stamp.begin(), all.by_stamp.end(),
+                                 [](const auto& epoch) { return !epoch.second.empty(); });
+  const Calendar first(seen == all.by_stamp.end() ? Start(sequence.info().utc_start).steps
+                                                  : seen->first);
   std::string text = heads("OBSERVATION DATA", sequence.info().utc_start);
   text += labelled("synthetic: a simulated receiver among simulated satellites", "COMMENT");
   text += labelled(stream.name.substr(0, 60), "MARKER NAME");
@@ -147,6 +150,10 @@ std::string observations_text(const Observations& all, const capture::SequenceRe
 
   std::set<int> tracked;  // in the epoch before
   for (const auto& [stamp, satellites] : all.by_stamp) {
+    if (satellites.empty()) {
+      tracked.clear();
+      continue;
+    }
     const Calendar at(stamp);
     text += fmt::format("> {:4} {:02} {:02} {:02} {:02}{}  0{:3}\n", at.year(), at.month(),
                         at.day(), at.hour, at.minute, at.seconds(11), satellites.size());

@@ -271,6 +271,15 @@ TEST_F(GnssFlight, HoldsAndWrongRowsAreFound) {
       {"signals_orbits", "another node", in_text("navigation.rnx", "G10", "D-09", "D-08")},
       {"navigation_nmea", "a place without its checksum",
        in_text("../fix.nmea", "$GPGGA", "$GPGGA", "$GPGGB")},
+      {"signals_rinex", "a loss that was none",
+       [](const fs::path& folder) {
+         std::string text = core::read_text_file(folder / "observations.rnx");
+         // Behind the carrier of the first satellite.
+         char& indicator = text[text.find("\nG", text.find("\n> ")) + 1 + 33];
+         EXPECT_EQ(indicator, '1');
+         indicator = ' ';
+         core::write_file(folder / "observations.rnx", text);
+       }},
       {"signals_rinex", "another system of satellites",
        in_text("observations.rnx", "> ", "G", "R")}};
   for (const Mistake& mistake : mistakes) {

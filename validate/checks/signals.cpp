@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -470,9 +471,15 @@ class SignalsChecker : public Checker {
         stated[{epoch.gps_steps, one.prn}] = &one;
         ++num_stated;
       }
+    std::set<int> before, now;  // satellites of the epoch before that were visible, and of this one
     for (std::size_t i = 0; i < receiver.rows.size(); ++i) {
       const Row& row = receiver.rows[i];
+      if (i > 0 && row.time_s != receiver.rows[i - 1].time_s) {
+        before = std::move(now);
+        now.clear();
+      }
       if (!row.is_visible) continue;
+      now.insert(row.prn);
       ++num_rows;
       const double by_clock_s =
           1e-9 * static_cast<double>(start_ns % 100) + row.time_s + row.receiver_clock_s;
@@ -490,7 +497,8 @@ class SignalsChecker : public Checker {
           std::abs(found->second->pseudorange_m - (row.pseudorange_m - left_m)) <= kHalf &&
               std::abs(found->second->carrier_cycles - (row.carrier_cycles - left_m / kWave_m)) <=
                   kHalf &&
-              std::abs(found->second->doppler_hz - row.doppler_hz) <= kHalf,
+              std::abs(found->second->doppler_hz - row.doppler_hz) <= kHalf &&
+              found->second->is_new == !before.contains(row.prn),
           "{}: PRN {} at {} s has other signals than {}", receiver.file("observations.rnx"),
           row.prn, by_clock_s, receiver.names[i]);
     }

@@ -125,6 +125,9 @@ std::vector<RinexEpoch> parse_rinex_observations(std::string_view text, const st
       RinexObservation one{.prn = prn_of(lines, line)};
       one.pseudorange_m = lines.number(line, 3, 14);
       one.carrier_cycles = lines.number(line, 19, 14);
+      const std::string_view indicator = lines.cell(line, 33, 1);
+      if (indicator != " " && indicator != "1") lines.wrong("an indicator of loss that is not 1");
+      one.is_new = indicator == "1";
       one.doppler_hz = lines.number(line, 35, 14);
       epoch.satellites.push_back(one);
     }

@@ -13,6 +13,7 @@ namespace terracast::validate {
 struct RinexObservation {
   int prn = 0;
   double pseudorange_m = 0.0, carrier_cycles = 0.0, doppler_hz = 0.0;
+  bool is_new = false;  ///< it was lost before: bit 0 of the carrier's indicator
 };
 
 struct RinexEpoch {
