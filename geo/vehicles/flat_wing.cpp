@@ -146,8 +146,8 @@ std::optional<WingPose> CoordinatedFlight::pose(const Vector3d& place_world,
 void WingLimits::describe(core::SchemaVisitor& visit) {
   visit.key("max_bank_deg", max_bank_deg, "Bank beyond which a plan is refused.",
             core::between(1.0, 85.0));
-  visit.key("max_roll_rate_degps", max_roll_rate_degps, "Roll rate beyond which a plan is refused.",
-            core::between(0.1, 1000.0));
+  visit.key("max_roll_rate_deg_per_s", max_roll_rate_deg_per_s,
+            "Roll rate beyond which a plan is refused.", core::between(0.1, 1000.0));
 }
 
 FlatWingFlight::FlatWingFlight(CoordinatedFlight flight, std::unique_ptr<Trajectory> plan,
@@ -193,11 +193,12 @@ FlatWingFlight::FlatWingFlight(CoordinatedFlight flight, std::unique_ptr<Traject
     if (time_s > plan_->duration_s()) continue;
     const double roll_degps =
         degrees_from_radians(std::abs(at(time_s).angular_velocity_body_radps.x()));
-    if (roll_degps > limits.max_roll_rate_degps)
-      core::fail(core::ErrorKind::Input,
-                 "the aircraft rolls by {:.1f} deg/s at {}, more than max_roll_rate_degps = {}; "
-                 "fly slower, put waypoints farther apart, or allow more",
-                 roll_degps, where(time_s), limits.max_roll_rate_degps);
+    if (roll_degps > limits.max_roll_rate_deg_per_s)
+      core::fail(
+          core::ErrorKind::Input,
+          "the aircraft rolls by {:.1f} deg/s at {}, more than max_roll_rate_deg_per_s = {}; "
+          "fly slower, put waypoints farther apart, or allow more",
+          roll_degps, where(time_s), limits.max_roll_rate_deg_per_s);
   }
 }
 

@@ -77,7 +77,7 @@ class CoordinatedFlight {
 /// What an aircraft may do on a planned path.
 struct WingLimits {
   double max_bank_deg = 45.0;
-  double max_roll_rate_degps = 90.0;
+  double max_roll_rate_deg_per_s = 90.0;
 
   void describe(core::SchemaVisitor& visit);
 };

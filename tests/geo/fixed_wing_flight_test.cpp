@@ -220,8 +220,9 @@ TEST(FlatWing, SaysWhatTheAircraftCannotFly) {
          {"the wing stalls", "8.0 m/s through the air"});
   refuse(ErrorKind::Input, wing_text(kAerosonde, "speed_mps = 25.0\nmax_bank_deg = 10.0\n"),
          {"the aircraft banks by ", "max_bank_deg = 10", "wider"});
-  refuse(ErrorKind::Input, wing_text(kAerosonde, "speed_mps = 25.0\nmax_roll_rate_degps = 3.0\n"),
-         {"the aircraft rolls by ", "max_roll_rate_degps = 3"});
+  refuse(ErrorKind::Input,
+         wing_text(kAerosonde, "speed_mps = 25.0\nmax_roll_rate_deg_per_s = 3.0\n"),
+         {"the aircraft rolls by ", "max_roll_rate_deg_per_s = 3"});
   refuse(ErrorKind::Input, straight_text(kZagi, "speed_mps = 19.5\n"),
          {"needs a thrust of", "its propeller gives", "climb less steeply, or fly slower"});
   refuse(ErrorKind::Input,
