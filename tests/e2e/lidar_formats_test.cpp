@@ -60,7 +60,7 @@ name = "car"
 thing = "hatchback"
 ride = "free"
 kind = "orbit"
-centre = {east_m = 25.0, north_m = 8.0, height_m = 2.0, above = "ground"}
+centre = {east_m = 25.0, north_m = 8.0, height_m = 6.0, above = "ground"}
 radius_m = 8.0
 speed_mps = 8.0
 
