@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "capture/frame_reader.h"
-#include "core/atomic_file.h"
+#include "core/log.h"
+#include "core/schema_writer.h"
 #include "render/render_stage.h"
 #include "tests/sensors/brisk_motion.h"
 #include "tests/support/expect_error.h"
@@ -20,6 +21,8 @@
 
 namespace terracast::test {
 namespace {
+
+const core::Log kQuiet("test", core::LogLevel::Off);
 
 constexpr const char* kClock = R"(
 [[sensors]]
