@@ -26,7 +26,7 @@ using core::ErrorKind;
 using core::fail;
 
 struct Arguments {
-  fs::path rig, file, output;
+  fs::path rig, file, output, onto;
   std::string format;
   rigs::ReadOptions read;
   bool shows_ledger = false;
@@ -65,12 +65,21 @@ int run_import(const Arguments& args) {
   const rigs::ImportedRig read =
       core::with_context([&] { return rigs::import_rig(format, args.file, args.read); },
                          fmt::format("importing a rig of format {}", format.name));
-  const std::string text = rigs::rig_toml(read.rig);
+  rigs::RigOptions rig = read.rig;
+  if (!args.onto.empty()) {
+    rig = rigs::read_rig(args.onto);
+    rigs::add_sensors(read.rig, rig);
+  }
+  const std::string text = rigs::rig_toml(rig);
   if (!args.output.empty()) core::write_file(args.output, text);
   if (args.shows_ledger)
     fmt::print("{}", read.ledger.table());
   else if (args.output.empty())
     fmt::print("{}", text);
+  if (args.onto.empty() && format.is_of_sensors)
+    core::Log("rig").warn(
+        "{}: its sensors are no rig without a camera; --onto RIG adds them to one",
+        args.file.string());
   for (const std::string& line : rigs::lines_not_used(read.ledger))
     core::Log("rig").warn("{}: {}", args.file.string(), line);
   return 0;
@@ -122,6 +131,13 @@ void add_rig_command(CLI::App& app, int& status) {
                  "Of a table that does not say: rdf (x right, y down, z forward) or flu (x "
                  "forward, y left, z up).")
       ->check(CLI::IsMember({"flu", "rdf"}));
+  in->add_option(
+      "--onto", args->onto,
+      "A rig file; the rig that is written is that one with the file's sensors added, and "
+      "nothing of the file's cameras.");
+  in->add_option("--imu-rate-hz", args->read.imu_rate_hz,
+                 "Samples a second of an IMU whose noise the file states by its samples (VINS).")
+      ->check(CLI::Range(1e-3, 1e6));
   in->callback([args, &status] { status = run_import(*args); });
 
   auto* out = command->add_subcommand("export", "Write a rig for another program.");

@@ -17,6 +17,8 @@ struct ReadOptions {
   std::string name;  ///< of the rig; empty: the file's own, or of the file
   std::string
       axes;  ///< of offsets and rotations in tables that do not say: flu, rdf; empty: refuse
+  double imu_rate_hz =
+      0.0;  ///< of files that state an IMU's noise by its samples, without their rate; 0: not known
 };
 
 /// A rig from another program's file, and what became of all that the file says.
@@ -36,6 +38,8 @@ struct RigFormatInfo {
   std::string_view name;
   std::string_view summary;
   bool is_table = false;  ///< whose axes may be left open
+  bool is_of_sensors =
+      false;  ///< of sensors alone, without a camera, which are added to another rig
   /// Whether a path is meant for the format, from its name and its first bytes.
   bool (*recognises)(const std::filesystem::path& path, std::string_view first_bytes);
   ImportedRig (*read)(const std::filesystem::path& path, const ReadOptions& options);
@@ -60,7 +64,12 @@ std::vector<std::string> keys_left_out(const RigFormatInfo& format, const rigs::
 /// The table of formats.
 std::span<const RigFormatInfo> rig_formats();
 
-/// Reads a file's rig, of which a sequence can be made.
+/// Adds sensors to a rig; those whose names are taken get a number: lidar_2. Both rigs have axes FLU, or none of the
+/// sensors is placed by them.
+/// throws   Config: what rigs refuse
+void add_sensors(const rigs::RigOptions& from, rigs::RigOptions& onto);
+
+/// Reads a file's rig, of which a sequence can be made; of a format of sensors, once they are added to a rig with a camera.
 /// throws   as RigFormatInfo::read; Input: cameras of no model's range, names that repeat
 ImportedRig import_rig(const RigFormatInfo& format, const std::filesystem::path& path,
                        const ReadOptions& options);

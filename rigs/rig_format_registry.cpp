@@ -2,6 +2,7 @@
 #include <array>
 #include <fstream>
 #include <map>
+#include <set>
 
 #include "core/error.h"
 #include "core/registry.h"
@@ -11,7 +12,8 @@
 // Every format, in alphabetical order: X(name) is rigs/formats/name.cpp, which defines
 // `RigFormatInfo name_rigs()`.
 #define TERRACAST_RIG_FORMATS(X) \
-  X(carla) X(colmap) X(csv) X(kalibr) X(opencv) X(orb_slam) X(ros) X(vins) X(xlsx)
+  X(carla)                       \
+  X(colmap) X(csv) X(kalibr) X(opencv) X(orb_slam) X(ouster) X(ros) X(velodyne) X(vins) X(xlsx)
 
 namespace terracast::rigs {
 
@@ -89,11 +91,28 @@ std::vector<std::string> lines_not_used(const core::Ledger& ledger) {
   return lines;
 }
 
+void add_sensors(const rigs::RigOptions& from, rigs::RigOptions& onto) {
+  if (onto.axes != "flu")
+    core::fail(core::ErrorKind::Config,
+               "rig {} has axes = \"{}\", and the sensors flu; give the rig axes = \"flu\"",
+               onto.name, onto.axes);
+  std::set<std::string> names;
+  for (const auto& sensor : onto.sensors) names.insert(sensor.name);
+  for (const auto& camera : onto.cameras) names.insert(camera.name);
+  for (sensors::SensorOptions sensor : from.sensors) {
+    const std::string stated = sensor.name;
+    for (int number = 2; !names.insert(sensor.name).second; ++number)
+      sensor.name = fmt::format("{}_{}", stated, number);
+    onto.sensors.push_back(std::move(sensor));
+  }
+  onto.validate();
+}
+
 ImportedRig import_rig(const RigFormatInfo& format, const std::filesystem::path& path,
                        const ReadOptions& options) {
   try {
     ImportedRig read = format.read(path, options);
-    build_cameras({read.rig});
+    if (!format.is_of_sensors) build_cameras({read.rig});
     return read;
   } catch (const core::Error& error) {
     if (error.kind() != core::ErrorKind::Config) throw;

@@ -109,7 +109,6 @@ class CsvFixes final : public FixFormat {
     CsvTimes times(times_, table);
     FixTable result;
     result.frame = frame();
-    if (times.has_utc()) result.zero_unix_s = 0.0;
     if (attitude_frame_ == "ecef") result.attitude_frame = AttitudeFrame::Ecef;
     if (attitude_frame_ == "local") result.attitude_frame = AttitudeFrame::Local;
     result.fixes.reserve(table.num_rows());
@@ -117,6 +116,7 @@ class CsvFixes final : public FixFormat {
       result.fixes.push_back(fix_of(table, row, columns));
       result.fixes.back().time_s = times.next_s(row);
     }
+    if (times.has_utc()) result.zero_unix_s = times.zero_s();
     times.remark(result);
     columns.remark(result);
     std::set<std::size_t> used = columns.all();

@@ -25,6 +25,13 @@ std::string unit_of_cells(const CsvTable& table, std::size_t column) {
   return "s";
 }
 
+/// Of ten, to seconds.
+int exponent_of(std::string_view unit) {
+  if (unit.ends_with("ms")) return -3;
+  if (unit.ends_with("us")) return -6;
+  return unit.ends_with("ns") ? -9 : 0;
+}
+
 }  // namespace
 
 void CsvTimeOptions::describe(core::SchemaVisitor& visit) {
@@ -73,17 +80,18 @@ CsvTimes::CsvTimes(const CsvTimeOptions& options, const CsvTable& table)
 
 double CsvTimes::next_s(std::size_t row) {
   if (table_.is_empty(row, column_)) return std::numeric_limits<double>::quiet_NaN();
-  return unwrapped_.next_s(unit_ == "text" || unit_ == "clock" ? text_s(row) : number_s(row));
+  const bool is_text = unit_ == "text" || unit_ == "clock";
+  return unwrapped_.next_s(near_zero_.next_s(is_text ? text_time(row) : number_time(row)));
 }
 
-double CsvTimes::text_s(std::size_t row) {
+ExactTime CsvTimes::text_time(std::size_t row) {
   const std::string_view cell = table_.cell(row, column_);
   const auto date = stated_time(cell, options_.utc_offset_h);
   const auto clock = seconds_of_clock(cell);
-  if (unit_ == "clock" && clock) return *clock;
+  if (unit_ == "clock" && clock) return ExactTime::of(*clock);
   if (unit_ == "text" && date) {
     num_without_zone_ += date->has_zone ? 0 : 1;
-    return date->unix_s;
+    return date->exact;
   }
   const char* way_out =
       date    ? "; time_unit = \"text\" reads it"
@@ -96,7 +104,7 @@ double CsvTimes::text_s(std::size_t row) {
        unit_ == "text" ? "2025-06-21T10:00:00.250Z" : "10:00:00.250", way_out);
 }
 
-double CsvTimes::number_s(std::size_t row) {
+ExactTime CsvTimes::number_time(std::size_t row) {
   const std::string_view cell = table_.cell(row, column_);
   const bool may_be_a_date = cell.find_first_of(":T") != std::string_view::npos;  // as no number is
   if (may_be_a_date && (stated_time(cell, 0.0) || seconds_of_clock(cell)))
@@ -115,7 +123,7 @@ double CsvTimes::number_s(std::size_t row) {
   } else if (unix_unit_.empty() && unit_of_unix_time(number) == unit_) {
     unix_unit_ = unit_of_unix_time(number);
   }
-  return time_s;
+  return exact_time_of(cell, exponent_of(unit_)).value_or(ExactTime::of(time_s));
 }
 
 void CsvTimes::remark(FixTable& result) const {

@@ -85,13 +85,17 @@ class OxtsFixes final : public FixFormat {
       fail(ErrorKind::Input,
            "{} holds {} times and {} holds {} packets; there is to be one time a packet",
            times_file.string(), times.size(), (folder / "data").string(), packets.size());
-    table.zero_unix_s = 0.0;
+    NearZero near_zero;
     for (std::size_t i = 0; i < packets.size(); ++i) {
       Fix fix = fix_of(packets[i], table.ledger);
-      fix.time_s = unix_seconds_from_text(times[i], utc_offset_h_,
-                                          fmt::format("{}, line {}", times_file.string(), i + 1));
+      const auto time = stated_time(times[i], utc_offset_h_);
+      if (!time)
+        unix_seconds_from_text(times[i], utc_offset_h_,  // says why not
+                               fmt::format("{}, line {}", times_file.string(), i + 1));
+      fix.time_s = near_zero.next_s(time->exact);
       table.fixes.push_back(std::move(fix));
     }
+    table.zero_unix_s = near_zero.zero_s();
     if (utc_offset_h_ == 0.0 && !table.fixes.empty())
       table.remarks.push_back(
           "times state no zone; they are taken to be UTC, and utc_offset_h would say otherwise");

@@ -141,7 +141,12 @@ std::optional<StatedTime> stated_time(std::string_view text, double utc_offset_h
   }
   try {
     const double whole_s = unix_seconds_from_utc(*date + "T" + time->text + "Z");
-    return StatedTime{.unix_s = whole_s + time->more_s - ahead_s, .has_zone = has_zone};
+    // Zones are ahead by whole minutes, but utc_offset_h is any number.
+    const double whole_ahead_s = std::trunc(ahead_s);
+    return StatedTime{.unix_s = whole_s + time->more_s - ahead_s,
+                      .has_zone = has_zone,
+                      .exact = {.whole_s = whole_s - whole_ahead_s,
+                                .rest_s = time->more_s - (ahead_s - whole_ahead_s)}};
   } catch (const core::Error&) {
     return std::nullopt;
   }

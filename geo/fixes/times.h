@@ -5,12 +5,15 @@
 #include <string>
 #include <string_view>
 
+#include "geo/fixes/exact_time.h"
+
 namespace terracast::geo {
 
 /// A date and time of day that a file states.
 struct StatedTime {
   double unix_s = 0.0;    ///< since 1970-01-01T00:00:00Z
   bool has_zone = false;  ///< it says how far its clock is ahead of UTC
+  ExactTime exact;        ///< the same, not rounded
 };
 
 /// A date and time of day: YYYY-MM-DD (with - or . or / between; a month or day of one digit) or YYYYMMDD, then T or

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "geo/fixes/exact_time.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/text.h"
 #include "geo/fixes/times.h"
@@ -47,7 +48,7 @@ class TumFixes final : public FixFormat {
     FixTable table;
     table.frame = FixFrame::Local;
     table.attitude_frame = AttitudeFrame::Local;
-    if (unix_times_) table.zero_unix_s = 0.0;
+    NearZero near_zero;
     std::size_t line_number = 0;
     for (const std::string_view line : lines_of_text(text)) {
       ++line_number;
@@ -56,10 +57,11 @@ class TumFixes final : public FixFormat {
       if (content.empty()) continue;
       if (table.fixes.size() >= kMostFixes)
         fail(ErrorKind::Input, "{}: more than {} poses", file.string(), kMostFixes);
-      table.fixes.push_back(
-          fix_of(content, fmt::format("{}, line {}", file.string(), line_number), table));
+      table.fixes.push_back(fix_of(content, fmt::format("{}, line {}", file.string(), line_number),
+                                   near_zero, table));
       table.fixes.back().line = line_number;
     }
+    if (unix_times_) table.zero_unix_s = near_zero.zero_s();
     const auto num_poses = static_cast<std::int64_t>(table.fixes.size());
     for (const std::string_view field : kFields)
       if (num_poses > 0) table.ledger.count(field, kKnown, num_poses);
@@ -68,7 +70,8 @@ class TumFixes final : public FixFormat {
 
  private:
   /// Counts fields beyond the eight, and those that say nan: where a tracker was lost.
-  Fix fix_of(std::string_view line, const std::string& where, FixTable& table) const {
+  Fix fix_of(std::string_view line, const std::string& where, NearZero& near_zero,
+             FixTable& table) const {
     const std::vector<std::string_view> words = words_of(line);
     const std::array<double, kNumFields> values = values_of(line, words, where);
     for (std::size_t i = 0; i < kNumFields; ++i)
@@ -81,7 +84,8 @@ class TumFixes final : public FixFormat {
            "another zero have unix_times = false",
            where, words[0].substr(0, 80));
     Fix fix;
-    fix.time_s = values[0];
+    if (!std::isnan(values[0]))
+      fix.time_s = near_zero.next_s(exact_time_of(words[0], 0).value_or(ExactTime::of(values[0])));
     fix.place = {values[1], values[2], values[3]};
     const Eigen::Quaterniond rotation(values[7], values[4], values[5], values[6]);
     if (!rotation.coeffs().allFinite()) return fix;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "rigs/imported_sensor.h"
 #include "rigs/opencv_lens.h"
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
@@ -76,7 +77,8 @@ const std::vector<CamodocalModel>& models() {
 }
 
 constexpr const char* kNoise =
-    "noise of an IMU's sample, whose rate this file does not state; give the rig an IMU by hand";
+    "noise of an IMU's sample, whose rate the file does not state; rig import --imu-rate-hz states "
+    "it";
 
 constexpr std::array kKnown = {
     core::KnownName{"model_type", "PINHOLE, KANNALA_BRANDT, MEI"},
@@ -154,8 +156,12 @@ constexpr std::array kKnown = {
     core::KnownName{"max_solver_time", "of the estimator", false},
     core::KnownName{"max_num_iterations", "of the estimator", false},
     core::KnownName{"keyframe_parallax", "of the estimator", false},
-    core::KnownName{"acc_*", kNoise, false},
-    core::KnownName{"gyr_*", kNoise, false},
+    core::KnownName{"acc_n", "m/s^2 of a sample; divided by the root of the stated rate"},
+    core::KnownName{"gyr_n", "rad/s of a sample; divided by the root of the stated rate"},
+    core::KnownName{"acc_w",
+                    "m/s^3, by which a step's bias changes times its length; so divided too"},
+    core::KnownName{"gyr_w",
+                    "rad/s^2, by which a step's bias changes times its length; so divided too"},
     core::KnownName{"g_norm", "of the estimator", false},
     core::KnownName{"loop_closure", "of the estimator", false},
     core::KnownName{"load_previous_pose_graph", "of the estimator", false},
@@ -221,6 +227,32 @@ double read_line_time(const YamlValue& estimator, std::int64_t height_px) {
   return 1e6 * readout_s / static_cast<double>(height_px);
 }
 
+/// The IMU, at the rig's origin. The estimator adds the variance acc_n^2 times the step's length squared to a step's velocity, which is
+/// that of a density of acc_n divided by the root of the rate; acc_w likewise.
+void read_imu(const YamlValue& estimator, const ReadOptions& options, rigs::RigOptions& rig) {
+  constexpr std::array kKeys = {"acc_n", "gyr_n", "acc_w", "gyr_w"};
+  std::array<double, kKeys.size()> densities = {};
+  bool is_stated = false;
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    if (!estimator.states(kKeys[i])) continue;
+    const YamlValue value = estimator.at(kKeys[i]);
+    if (options.imu_rate_hz == 0.0) {
+      value.pass_over(kNoise);
+      continue;
+    }
+    is_stated = true;
+    densities[i] = value.number() / std::sqrt(options.imu_rate_hz);
+  }
+  if (is_stated)
+    rig.sensors.push_back(imu_of_noise(estimator.where(), "imu",
+                                       {.rate_hz = options.imu_rate_hz,
+                                        .gyro_noise_radps_per_sqrt_hz = densities[1],
+                                        .gyro_walk_radps_per_s_per_sqrt_hz = densities[3],
+                                        .accel_noise_mps2_per_sqrt_hz = densities[0],
+                                        .accel_walk_mps2_per_s_per_sqrt_hz = densities[2]},
+                                       {}));
+}
+
 std::string text_or_nothing(const YamlValue& file, const std::string& key) {
   return file.states(key) ? file.at(key).text() : std::string();
 }
@@ -244,6 +276,7 @@ ImportedRig read_single(const YamlValue& file, const fs::path& path, const ReadO
   if (rig_name.empty()) rig_name = safe_name(path.stem().string());
   ImportedRig read{rig_of_cameras(rig_name, {camera}), {}};
   read.rig.cameras[0].line_time_us = read_line_time(file, camera.intrinsics.height_px);
+  read_imu(file, options, read.rig);
   read.ledger = file.ledger(kKnown, KeyRecord::numbered_name_of);
   return read;
 }
@@ -314,6 +347,7 @@ ImportedRig read_estimator(const YamlValue& file, const fs::path& path,
   ImportedRig read{rig_of_cameras(rig_name, cameras), std::move(ledger)};
   for (rigs::CameraOptions& camera : read.rig.cameras)
     camera.line_time_us = read_line_time(file, camera.height_px);
+  read_imu(file, options, read.rig);
   read.ledger.merge(file.ledger(kKnown, KeyRecord::numbered_name_of));
   return read;
 }

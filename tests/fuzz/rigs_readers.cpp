@@ -24,7 +24,8 @@ void read_rig(std::string_view name, const fs::path& path) {
   }
   for (const rigs::RigFormatInfo& format : rigs::rig_formats()) {
     if (format.name != name) continue;
-    const rigs::ImportedRig read = rigs::import_rig(format, path, {.name = "", .axes = "flu"});
+    const rigs::ImportedRig read =
+        rigs::import_rig(format, path, {.name = "", .axes = "flu", .imu_rate_hz = 200.0});
     rigs::lines_not_used(read.ledger);
     rigs::rig_toml(read.rig);
   }
@@ -51,6 +52,8 @@ void fuzz_rig_csv(Bytes input) { read_rig("csv", put("rig.csv", input)); }
 void fuzz_rig_carla(Bytes input) { read_rig("carla", put("objects.json", input)); }
 void fuzz_rig_opencv(Bytes input) { read_rig("opencv", put("rig.yaml", input)); }
 void fuzz_rig_orb_slam(Bytes input) { read_rig("orb_slam", put("settings.yaml", input)); }
+void fuzz_rig_ouster(Bytes input) { read_rig("ouster", put("os.json", input)); }
+void fuzz_rig_velodyne(Bytes input) { read_rig("velodyne", put("db.yaml", input)); }
 void fuzz_rig_ros(Bytes input) { read_rig("ros", put("ost.yaml", input)); }
 
 /// A chain with the IMUs beside it.

@@ -92,8 +92,10 @@
   X(rig_kalibr)                   \
   X(rig_opencv)                   \
   X(rig_orb_slam)                 \
+  X(rig_ouster)                   \
   X(rig_ros)                      \
   X(rig_toml)                     \
+  X(rig_velodyne)                 \
   X(rig_vins)                     \
   X(rig_xlsx)                     \
   X(rig_xlsx_sheets)              \

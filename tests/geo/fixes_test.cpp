@@ -225,8 +225,9 @@ TEST_F(Fixes, OxtsHoldsEllipsoidalHeightsAndEastNorthUpAngles) {
   EXPECT_EQ(format->heights_above(), "ellipsoid");
   const FixTable table = format->read(scratch_ / "oxts", "ellipsoid");
   ASSERT_EQ(table.fixes.size(), 2u);
-  EXPECT_NEAR(table.fixes[1].time_s - table.fixes[0].time_s, 0.1, 1e-6);
-  EXPECT_NEAR(table.fixes[0].time_s, 1317042145.964389445, 1e-6);
+  EXPECT_NEAR(table.fixes[1].time_s - table.fixes[0].time_s, 0.1, 1e-15);
+  EXPECT_EQ(table.zero_unix_s, 1317042145.0);
+  EXPECT_NEAR(table.fixes[0].time_s, 0.964389445, 1e-15);
   EXPECT_EQ(table.fixes[0].place, Eigen::Vector3d(49.01, 8.43, 112.8));
   EXPECT_EQ(*table.fixes[0].speed_mps, 5.0);
   // Yaw 90 degrees is north, pitch + is the front down, roll + the left side up.

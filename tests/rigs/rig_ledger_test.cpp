@@ -111,6 +111,25 @@ fs::path write_carla_sample(const fs::path& folder, const More& more) {
   return folder / "objects.json";
 }
 
+fs::path write_ouster_sample(const fs::path& folder, const More& more) {
+  core::write_file(
+      folder / "os.json",
+      R"({"beam_intrinsics": {"beam_altitude_angles": [1, -1], "beam_azimuth_angles": [4, -4])" +
+          more(0, R"(, "more": 1)") + R"(}, "config_params": {"lidar_mode": "512x10"}, )" +
+          R"("lidar_intrinsics": {"lidar_to_sensor_transform": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1])" +
+          more(1, R"(, "more": 1)") + R"(}, "lidar_data_format": {"column_window": [0, 511])" +
+          more(2, R"(, "more": 1)") + "}" + more(3, R"(, "more": {"deep": 1})") + "}");
+  return folder / "os.json";
+}
+
+fs::path write_velodyne_sample(const fs::path& folder, const More& more) {
+  core::write_file(folder / "db.yaml",
+                   "num_lasers: 1\nlasers:\n- laser_id: 0\n  rot_correction: 0.1\n"
+                   "  vert_correction: 0.2\n" +
+                       more_key(more, 0, "  ") + more_key(more, 1, ""));
+  return folder / "db.yaml";
+}
+
 fs::path write_colmap_sample(const fs::path& folder, const More& more) {
   core::write_file(folder / "cameras.txt",
                    "1 PINHOLE 64 48 30 30 32 24\n2 PINHOLE 64 48 30 30 32 24\n");
@@ -154,10 +173,11 @@ fs::path write_xlsx_sample(const fs::path& folder, const More& more) {
 
 const std::map<std::string_view, Sample>& samples() {
   static const std::map<std::string_view, Sample> table = {
-      {"carla", {4, write_carla_sample}},   {"colmap", {2, write_colmap_sample}},
-      {"csv", {2, write_csv_sample}},       {"kalibr", {2, write_kalibr_sample}},
-      {"opencv", {6, write_opencv_sample}}, {"orb_slam", {1, write_orb_slam_sample}},
-      {"ros", {2, write_ros_sample}},       {"vins", {5, write_vins_sample}},
+      {"carla", {4, write_carla_sample}},       {"colmap", {2, write_colmap_sample}},
+      {"csv", {2, write_csv_sample}},           {"kalibr", {2, write_kalibr_sample}},
+      {"opencv", {6, write_opencv_sample}},     {"orb_slam", {1, write_orb_slam_sample}},
+      {"ouster", {4, write_ouster_sample}},     {"ros", {2, write_ros_sample}},
+      {"velodyne", {2, write_velodyne_sample}}, {"vins", {5, write_vins_sample}},
       {"xlsx", {2, write_xlsx_sample}},
   };
   return table;

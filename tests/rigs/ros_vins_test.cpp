@@ -248,6 +248,29 @@ std::string estimator_text(const std::string& more = "") {
          fmt::format("body_T_cam0: {}body_T_cam1: {}", kBodyFromCamera, kBodyFromCamera) + more;
 }
 
+/// A step of the estimator adds acc_n dt to a velocity's deviation, and acc_w dt to a bias's. Of white noise of density N it is
+/// N sqrt(dt), and of a walk of density K K sqrt(dt): so N = acc_n sqrt(dt).
+TEST(Vins, NoiseOfSamplesTakesAStatedRate) {
+  const fs::path folder = test_folder("vins_noise");
+  for (const char* camera : {"cam0_pinhole.yaml", "cam1_pinhole.yaml"})
+    core::write_file(folder / camera, camodocal_text("PINHOLE", kPinhole));
+  core::write_file(folder / "config.yaml",
+                   estimator_text("gyr_n: 0.02\nacc_w: 0.002\ngyr_w: 4.0e-5\n"));
+  const RigFormatInfo& format = core::find_registered(rig_formats(), "format", "vins");
+  const ImportedRig without = format.read(folder / "config.yaml", {});
+  EXPECT_TRUE(without.rig.sensors.empty());
+  expect_told(without.ledger, {"acc_n", "--imu-rate-hz"});
+  const ImportedRig with =
+      format.read(folder / "config.yaml", {.name = "", .axes = "", .imu_rate_hz = 400.0});
+  ASSERT_EQ(with.rig.sensors.size(), 1U);
+  EXPECT_EQ(with.rig.sensors[0].rate_hz, 400.0);
+  const std::string toml = rig_toml(with.rig);
+  for (const char* line :
+       {"noise_mps2_per_sqrt_hz = 0.005\n", "noise_radps_per_sqrt_hz = 0.001\n",
+        "walk_mps2_per_s_per_sqrt_hz = 0.0001\n", "walk_radps_per_s_per_sqrt_hz = 2e-06\n"})
+    EXPECT_NE(toml.find(line), std::string::npos) << line << toml;
+}
+
 TEST(Vins, AnEstimatorPlacesItsCameras) {
   const fs::path folder = test_folder("vins_fusion");
   for (const char* camera : {"cam0_pinhole.yaml", "cam1_pinhole.yaml"})
