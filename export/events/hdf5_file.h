@@ -31,7 +31,7 @@ class Hdf5Handle {
 };
 
 /// A file of HDF5 that is written. Its bytes follow from what is written alone. The library serves one thread at a time:
-/// hold hdf5_lock() for as long as there is a file.
+/// hold an Hdf5Lock for as long as there is a file.
 /// throws   Io, from all of its functions
 class Hdf5File {
  public:
