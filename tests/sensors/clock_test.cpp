@@ -22,7 +22,7 @@
 namespace terracast::test {
 namespace {
 
-const core::Log kQuiet("test", core::LogLevel::Off);
+const core::Log kSilent("test", core::LogLevel::Off);
 
 constexpr const char* kClock = R"(
 [[sensors]]
@@ -141,10 +141,10 @@ TEST(SensorClock, StampsAreTheSameFromAnyShardsAndReadBack) {
   const world::TileStore store = make_plane(folder / "world");
   render::SequencePlan plan = plan_of(rig_with(folder.path(), kClock));
   sensors::draw_clocks(plan.sensors, 1, plan.name);
-  render::run_render_stage(store, plan, {}, {}, folder / "whole", {.log = kQuiet});
+  render::run_render_stage(store, plan, {}, {}, folder / "whole", {.log = kSilent});
   for (const int shard : {1, 0})
     render::run_render_stage(store, plan, {}, {.first = shard, .step = 2}, folder / "shards",
-                             {.log = kQuiet, .num_threads = 1 + shard});
+                             {.log = kSilent, .num_threads = 1 + shard});
   EXPECT_EQ(first_difference(folder / "whole", folder / "shards"), "");
   const capture::SequenceReader sequence = capture::SequenceReader::open(folder / "whole");
   const capture::StreamInfo& stream = sequence.info().streams.at(0);
