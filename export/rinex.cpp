@@ -197,7 +197,7 @@ std::string orbit_text(const geo::BroadcastOrbit& orbit) {
         std::array{in_week_s, orbit.cic_rad, orbit.omega0_rad, orbit.cis_rad},
         std::array{orbit.i0_rad, orbit.crc_m, orbit.omega_rad, orbit.omega_dot_radps},
         std::array{orbit.idot_radps, 0.0, week, 0.0}, std::array{kAccuracy_m, 0.0, 0.0, issue},
-        std::array{std::max(0.0, in_week_s - 0.5 * geo::kOrbitInterval_s), kFit_h, 0.0, 0.0}}) {
+        std::array{in_week_s - 0.5 * geo::kOrbitInterval_s, kFit_h, 0.0, 0.0}}) {
     text += "    ";
     for (const double value : row) text += d19(value);
     text += "\n";

@@ -100,7 +100,7 @@ class GnssObservations : public Scanner {
               "How far the receiver's clock is ahead of GPS time at the sequence's start.",
               core::between(-1000.0, 1000.0));
     visit.key("clock_drift_ppb", clock_drift_ppb_,
-              "How much it gains; a crystal's are some hundreds.", core::between(-1e5, 1e5));
+              "How much it gains; a crystal's are some hundreds.", core::between(-1e4, 1e4));
     visit.key("pseudorange_noise_m", pseudorange_noise_m_,
               "Deviation of a pseudorange of a satellite overhead; it grows by 1 / sin(elevation).",
               core::between(0.0, 1e3));
@@ -222,7 +222,7 @@ void GnssObservations::look(const SensorSite& site, const Epoch& epoch,
     std::vector<std::size_t> still_open;
     for (std::size_t k = 0; k < open.size(); ++k) {
       if (hits[k].is_sky()) continue;
-      if (plants_ == "pass" && is_plant(classes[k])) {
+      if (plants_ == "pass" && !hits[k].is_ground() && is_plant(classes[k])) {
         // On behind this leaf.
         begins_m[open[k]] = std::nextafter(hits[k].t * (1.0 + 1e-9) + 1e-6, kInfinity);
         still_open.push_back(open[k]);

@@ -52,7 +52,7 @@ rate_hz = 10.0
 offset_mm = [300.0, -200.0, 700.0]
 ionosphere = "none"
 troposphere = "none"
-clock_offset_us = 312.345678
+clock_offset_us = 312.345
 clock_drift_ppb = 250.0
 
 [[rigs.sensors]]
@@ -210,7 +210,8 @@ TEST_F(GnssFlight, RtklibReadsTheFixes) {
 TEST_F(GnssFlight, HoldsAndWrongRowsAreFound) {
   const std::vector<std::string> results = {
       "signals",        "signals_observables", "signals_range",  "signals_range_rate",
-      "signals_orbits", "signals_rinex",       "signals_hidden", "navigation_nmea"};
+      "signals_orbits", "signals_rinex",       "signals_hidden", "navigation_nmea",
+      "signals_air"};
   for (const std::string& name : results) {
     const Json result = result_in(out() / "report/terracast", name);
     EXPECT_TRUE(result.at("ok").boolean()) << name << ": " << result.at("worst").string();
@@ -246,42 +247,74 @@ TEST_F(GnssFlight, HoldsAndWrongRowsAreFound) {
     };
   };
   constexpr double kRadian = 57.29577951308232;
-  const std::vector<Mistake> mistakes = {
-      {"signals_observables", "a metre in the code",
-       in_rows("pseudorange_m", [](std::size_t, double m) { return m + 1.0; })},
-      {"signals_observables", "metres for cycles",
-       in_rows("carrier_cycles", [](std::size_t, double n) { return n * 0.1902936728; })},
-      {"signals_observables", "half a cycle",
-       in_rows("carrier_cycles",
-               [](std::size_t row, double n) { return row % 2 == 1 ? n + 0.5 : n; })},
-      {"signals_observables", "Doppler of the other sign",
-       in_rows("doppler_hz", [](std::size_t, double hz) { return -hz; })},
-      {"signals_range", "directions from the east",
-       in_rows("azimuth_deg", [](std::size_t, double deg) { return 90.0 - deg; })},
-      {"signals_range", "radians",
-       in_rows("elevation_deg", [](std::size_t, double deg) { return deg / kRadian; })},
-      {"signals_range_rate", "a rate without the receiver's speed",
-       in_rows("true_range_rate_mps", [](std::size_t, double mps) { return mps + 3.0; })},
-      {"signals_orbits", "a satellite's clock",
-       in_rows("satellite_clock_s", [](std::size_t, double s) { return s + 1e-9; })},
-      {"signals_hidden", "everything is visible",
-       in_rows("is_visible", [](std::size_t, double) { return 1.0; })},
-      {"signals", "dilution of four decimals",
-       in_rows("pdop", [](std::size_t, double dop) { return dop * 1.001; })},
-      {"signals_orbits", "another node", in_text("navigation.rnx", "G10", "D-09", "D-08")},
-      {"navigation_nmea", "a place without its checksum",
-       in_text("../fix.nmea", "$GPGGA", "$GPGGA", "$GPGGB")},
-      {"signals_rinex", "a loss that was none",
-       [](const fs::path& folder) {
-         std::string text = core::read_text_file(folder / "observations.rnx");
-         // Behind the carrier of the first satellite.
-         char& indicator = text[text.find("\nG", text.find("\n> ")) + 1 + 33];
-         EXPECT_EQ(indicator, '1');
-         indicator = ' ';
-         core::write_file(folder / "observations.rnx", text);
-       }},
-      {"signals_rinex", "another system of satellites",
-       in_text("observations.rnx", "> ", "G", "R")}};
+  const std::vector<Mistake> mistakes = {{"signals_observables", "a metre in the code",
+                                          in_rows("pseudorange_m",
+                                                  [](std::size_t, double m) { return m + 1.0; })},
+                                         {"signals_observables", "metres for cycles",
+                                          in_rows("carrier_cycles",
+                                                  [](std::size_t, double n) {
+                                                    return n * 0.1902936728;
+                                                  })},
+                                         {"signals_observables", "half a cycle",
+                                          in_rows("carrier_cycles",
+                                                  [](std::size_t row, double n) {
+                                                    return row % 2 == 1 ? n + 0.5 : n;
+                                                  })},
+                                         {"signals_observables", "Doppler of the other sign",
+                                          in_rows("doppler_hz",
+                                                  [](std::size_t, double hz) { return -hz; })},
+                                         {"signals_range", "directions from the east",
+                                          in_rows(
+                                              "azimuth_deg",
+                                              [](std::size_t, double deg) { return 90.0 - deg; })},
+                                         {"signals_range", "radians",
+                                          in_rows("elevation_deg",
+                                                  [](std::size_t, double deg) {
+                                                    return deg / kRadian;
+                                                  })},
+                                         {"signals_range_rate",
+                                          "a rate without the receiver's speed",
+                                          in_rows(
+                                              "true_range_rate_mps",
+                                              [](std::size_t, double mps) { return mps + 3.0; })},
+                                         {"signals_orbits", "a satellite's clock",
+                                          in_rows("satellite_clock_s",
+                                                  [](std::size_t, double s) { return s + 1e-9; })},
+                                         {"signals",
+                                          "a clock that gains less than its settings say",
+                                          in_rows("receiver_clock_s",
+                                                  [](std::size_t, double s) {
+                                                    return s * (1.0 - 1e-6);
+                                                  })},
+                                         {"signals_air", "an ionosphere where there is none",
+                                          in_rows("ionosphere_m",
+                                                  [](std::size_t, double m) { return m + 1e-3; })},
+                                         {"signals_hidden", "other things hide satellites",
+                                          in_rows("blocked_by_instance_id",
+                                                  [](std::size_t, double id) { return id + 1.0; })},
+                                         {"signals_hidden", "everything is visible",
+                                          in_rows("is_visible",
+                                                  [](std::size_t, double) { return 1.0; })},
+                                         {"signals", "dilution of four decimals",
+                                          in_rows("pdop", [](std::size_t,
+                                                             double dop) { return dop * 1.001; })},
+                                         {"signals_orbits", "another node",
+                                          in_text("navigation.rnx", "G10", "D-09", "D-08")},
+                                         {"navigation_nmea", "a place without its checksum",
+                                          in_text("../fix.nmea", "$GPGGA", "$GPGGA", "$GPGGB")},
+                                         {"signals_rinex", "a loss that was none",
+                                          [](const fs::path& folder) {
+                                            std::string text =
+                                                core::read_text_file(folder / "observations.rnx");
+                                            // Behind the carrier of the first satellite.
+                                            char& indicator =
+                                                text[text.find("\nG", text.find("\n> ")) + 1 + 33];
+                                            EXPECT_EQ(indicator, '1');
+                                            indicator = ' ';
+                                            core::write_file(folder / "observations.rnx", text);
+                                          }},
+                                         {"signals_rinex", "another system of satellites",
+                                          in_text("observations.rnx", "> ", "G", "R")}};
   for (const Mistake& mistake : mistakes) {
     const fs::path copy = scratch() / "copy";
     fs::remove_all(copy);

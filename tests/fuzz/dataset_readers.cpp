@@ -103,7 +103,7 @@ void fuzz_cloud_las(Bytes input) { validate::parse_las(input, "fuzz.las"); }
 void fuzz_cloud_pcd(Bytes input) { validate::parse_pcd(input, "fuzz.pcd"); }
 void fuzz_cloud_ply(Bytes input) { validate::parse_ply(input, "fuzz.ply"); }
 
-void fuzz_nmea(Bytes input) { validate::parse_nmea(text_of(input), "fuzz.nmea"); }
+void fuzz_nmea(Bytes input) { validate::parse_nmea(text_of(input), 20, "fuzz.nmea"); }
 void fuzz_rinex_navigation(Bytes input) {
   validate::parse_rinex_navigation(text_of(input), "fuzz.rnx");
 }

@@ -296,11 +296,13 @@ class NavigationChecker : public Checker {
     const std::string path = sensor.file.substr(0, sensor.file.size() - 3) + "nmea";
     if (!dataset.files.contains(path)) return;
     try {
+      const std::int64_t start_ns = parse_utc_ns(sequence.utc_start, "utc_start");
+      const auto century =
+          static_cast<int>(parse_integer(sequence.utc_start.substr(0, 2), "utc_start"));
       const std::vector<NmeaFix> fixes =
-          parse_nmea(core::read_text_file(dataset.root / path), path);
+          parse_nmea(core::read_text_file(dataset.root / path), century, path);
       nmea_.expect(fixes.size() == sensor.times_s.size(), "{}: {} fixes, where {} were made", path,
                    fixes.size(), sensor.times_s.size());
-      const std::int64_t start_ns = parse_utc_ns(sequence.utc_start, "utc_start");
       for (std::size_t k = 0; k < std::min(fixes.size(), sensor.times_s.size()); ++k)
         nmea_.expect(is_same(fixes[k], sensor.row(k), start_ns, sensor.times_s[k]),
                      "{}: fix {} is another than {}", path, k, sample_of(sensor, k));
@@ -311,8 +313,10 @@ class NavigationChecker : public Checker {
   }
   static bool is_same(const NmeaFix& fix, const double* row, std::int64_t start_ns, double time_s) {
     const Stated shown(row);
+    // Beside half of the last digit, doubles of angles and heights err by less than this.
+    constexpr double kRounding = 1e-11;
     const auto is_near = [](double a, double b, double step) {
-      return std::abs(a - b) <= 0.5 * step * (1.0 + 1e-6);
+      return std::abs(a - b) <= 0.5 * step + kRounding;
     };
     constexpr double kAngle_deg = 1e-7 / 60.0, kLength_m = 1e-4;
     constexpr double kSpeed_mps = 1e-4 * 1852.0 / 3600.0;

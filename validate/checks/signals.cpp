@@ -21,6 +21,7 @@
 #include "validate/oracle_view.h"
 #include "validate/readers/rinex.h"
 #include "validate/readers/sensors.h"
+#include "validate/signal_air.h"
 #include "validate/text.h"
 
 /// Observations of satellites: against the poses, the broadcast orbits, each other, RINEX and the world that hides some.
@@ -142,14 +143,39 @@ std::optional<std::int64_t> gps_start_ns(const Sequence& sequence) {
 struct Receiver {
   const SensorRecord* sensor = nullptr;
   std::vector<Row> rows;
-  std::vector<std::string> names;  ///< "path, row 3", of each row
+  std::vector<std::pair<int, std::uint32_t>> places;  ///< frame and row of its file, of each row
+  std::int64_t start_ns = 0;                          ///< GPS time of the sequence's start
+  RinexNavigation navigation = {};
+  std::map<int, std::vector<NavigationRecord>> orbits = {};  ///< by PRN, in the order of time
+
+  /// Of a satellite and a time of the sequence: the record nearest in time, and the time since it; nothing: there is none.
+  struct Orbit {
+    const NavigationRecord* record;
+    double since_s;
+  };
+  std::optional<Orbit> orbit(int prn, double time_s) const {
+    const auto found = orbits.find(prn);
+    if (found == orbits.end()) return std::nullopt;
+    std::optional<Orbit> nearest;
+    for (const NavigationRecord& record : found->second) {
+      const std::int64_t since_ns = start_ns - 1'000'000'000 * std::llround(record.toe_gps_s());
+      const double since_s = 1e-9 * static_cast<double>(since_ns) + time_s;
+      if (!nearest || std::abs(since_s) < std::abs(nearest->since_s))
+        nearest = Orbit{&record, since_s};
+    }
+    return nearest;
+  }
 
   std::string file(const char* name) const { return sensor->file + "/" + name; }
+  std::string name(std::size_t row) const {
+    return fmt::format("{}/{:06}.npy, row {}", sensor->file, places[row].first, places[row].second);
+  }
 };
 
 class SignalsChecker : public Checker {
  public:
-  explicit SignalsChecker(const ValidateOptions& options) : world_(options.world) {}
+  explicit SignalsChecker(const ValidateOptions& options)
+      : world_(options.world), undulation_m_(options.undulation_m) {}
 
   std::vector<CheckResult> finish(const Dataset& dataset, const Sequence& sequence) override {
     std::vector<SensorRecord> sensors;
@@ -165,13 +191,13 @@ class SignalsChecker : public Checker {
       return {skipped_result("signals", "there is no receiver of satellites' signals")};
     open_world(dataset, sequence);
     for (const SensorRecord& sensor : sensors) {
-      Receiver receiver{.sensor = &sensor, .rows = {}, .names = {}};
+      Receiver receiver{.sensor = &sensor, .rows = {}, .places = {}};
       read_rows(dataset, sequence, receiver);
       compare_rows(receiver);
       compare_epochs(receiver);
       compare_tracks(receiver);
-      compare_with_poses(dataset, sequence, receiver);
       compare_with_files(dataset, sequence, receiver);
+      compare_with_poses(dataset, sequence, receiver);
     }
     return results();
   }
@@ -179,15 +205,15 @@ class SignalsChecker : public Checker {
  private:
   void read_rows(const Dataset& dataset, const Sequence& sequence, Receiver& receiver) {
     for (int frame = 0; frame < sequence.num_frames; ++frame) try {
-        std::size_t number = 0;
+        std::uint32_t number = 0;
         for (Row& row : rows_of(read_scans(dataset, *receiver.sensor, frame))) {
-          receiver.names.push_back(
-              fmt::format("{}/{:06}.npy, row {}", receiver.sensor->file, frame, number++));
+          receiver.places.emplace_back(frame, number++);
           // At a frame's border a time may be rounded to either side.
           const double frames = row.time_s * sequence.rate_hz;
           rows_.expect(frames > frame - 1e-6 &&
                            (frames < frame + 1.0 + 1e-6 || frame + 1 == sequence.num_frames),
-                       "{}: at the time of another frame", receiver.names.back());
+                       "{}: at the time of another frame",
+                       receiver.name(receiver.places.size() - 1));
           receiver.rows.push_back(std::move(row));
         }
       } catch (const core::Error& error) {
@@ -202,7 +228,7 @@ class SignalsChecker : public Checker {
     std::map<int, double> whole_waves;
     for (std::size_t i = 0; i < receiver.rows.size(); ++i) {
       const Row& row = receiver.rows[i];
-      const std::string& name = receiver.names[i];
+      const std::string name = receiver.name(i);
       rows_.expect(row.prn >= 1 && row.prn <= 32, "{}: PRN {}", name, row.prn);
       rows_.expect(row.elevation_deg >= settings.mask_deg - 1e-9 && row.elevation_deg <= 90.0,
                    "{}: {} deg above the horizon, below the mask", name, row.elevation_deg);
@@ -212,6 +238,11 @@ class SignalsChecker : public Checker {
                    row.is_visible ? "" : "in", is_open ? "its" : "no");
       rows_.expect(!row.is_visible || (row.class_id == 0 && row.instance_id == 0),
                    "{}: visible, and hidden by class {}", name, row.class_id);
+      const double clock_s =
+          1e-6 * settings.clock_offset_us + 1e-9 * settings.clock_drift_ppb * row.time_s;
+      rows_.expect(std::abs(row.receiver_clock_s - clock_s) <= 1e-16 + 1e-12 * std::abs(clock_s),
+                   "{}: a clock {:.9g} s ahead, by its settings {:.9g} s", name,
+                   row.receiver_clock_s, clock_s);
       if (!row.is_visible || !is_open) continue;
       // Doubles of 2.5e7 m, and of 1.3e8 cycles.
       constexpr double kRounding_m = 1e-7;
@@ -235,10 +266,10 @@ class SignalsChecker : public Checker {
       int num_visible = 0;
       for (std::size_t i = begin; i < end; ++i) {
         rows_.expect(i == begin || rows[i].prn > rows[i - 1].prn,
-                     "{}: PRN {} behind {} of the same epoch", receiver.names[i], rows[i].prn,
+                     "{}: PRN {} behind {} of the same epoch", receiver.name(i), rows[i].prn,
                      i == begin ? 0 : rows[i - 1].prn);
         rows_.expect(rows[i].receiver_clock_s == rows[begin].receiver_clock_s,
-                     "{}: another clock than the row before", receiver.names[i]);
+                     "{}: another clock than the row before", receiver.name(i));
         if (!rows[i].is_visible) continue;
         ++num_visible;
         const double elevation = radians_from_degrees(rows[i].elevation_deg);
@@ -250,11 +281,16 @@ class SignalsChecker : public Checker {
       }
       for (std::size_t i = begin; i < end; ++i) {
         rows_.expect(rows[i].num_visible == num_visible, "{}: {} are visible, not {}",
-                     receiver.names[i], num_visible, rows[i].num_visible);
-        compare_dilution(rows[i], normal, num_visible, receiver.names[i]);
+                     receiver.name(i), num_visible, rows[i].num_visible);
+        compare_dilution(rows[i], normal, num_visible, receiver.name(i));
       }
-      rows_.expect(begin == 0 || rows[begin].time_s > rows[begin - 1].time_s,
-                   "{}: earlier than the row before", receiver.names[begin]);
+      if (begin == 0) continue;
+      // Above a low mask there is always a satellite, and so a row.
+      constexpr double kLowMask_deg = 10.0;
+      const double steps = (rows[begin].time_s - rows[begin - 1].time_s) * receiver.sensor->rate_hz;
+      rows_.expect(steps > 0.0 && (receiver.sensor->gnss.mask_deg > kLowMask_deg ||
+                                   std::abs(steps - 1.0) < 1e-3),
+                   "{}: {:.6g} epochs behind the row before", receiver.name(begin), steps);
     }
   }
 
@@ -277,10 +313,9 @@ class SignalsChecker : public Checker {
     }
   }
 
-  /// Doppler and range from epoch to epoch, satellite by satellite: Simpson's rule over two steps, which errs by less than the
+  /// Ranges from epoch to epoch, satellite by satellite: Simpson's rule over two steps, which errs by less than the
   /// rules of trapezoids and of the middle differ.
   void compare_tracks(const Receiver& receiver) {
-    const GnssSettings& settings = receiver.sensor->gnss;
     const double step_s = 1.0 / receiver.sensor->rate_hz;
     std::map<int, std::vector<std::size_t>> tracks;
     for (std::size_t i = 0; i < receiver.rows.size(); ++i)
@@ -304,18 +339,7 @@ class SignalsChecker : public Checker {
             step_s / 3.0 *
             (row(k - 1).range_rate_mps + 4.0 * row(k).range_rate_mps + row(k + 1).range_rate_mps);
         rate_.note(std::abs(row(k + 1).range_m - row(k - 1).range_m - way_m), allowed_m,
-                   receiver.names[track[k]] + ", m");
-        if (!row(k).is_visible) continue;
-        const double clock_rate = (row(k + 1).receiver_clock_s - row(k - 1).receiver_clock_s -
-                                   row(k + 1).satellite_clock_s + row(k - 1).satellite_clock_s) /
-                                  (row(k + 1).time_s - row(k - 1).time_s);
-        // Clocks of microseconds are doubles to 1e-21 s; offsets of a millisecond to 1e-19.
-        const double clock_rounding_hz = 1e-18 / step_s * kLight_mps / kWave_m;
-        const double right_hz = -(row(k).range_rate_mps + kLight_mps * clock_rate) / kWave_m;
-        code_.note(
-            std::abs(row(k).doppler_hz - right_hz),
-            1e-6 + clock_rounding_hz + kDeviations * settings.doppler_noise_hz * row(k).slant(),
-            receiver.names[track[k]] + ", Hz");
+                   receiver.name(track[k)] + ", m");
       }
     }
   }
@@ -324,7 +348,9 @@ class SignalsChecker : public Checker {
                           const Receiver& receiver) {
     const Pose ecef_from_enu = ecef_from_local(sequence.origin);
     const std::optional<Pose> first = local_from_body(sequence, 0);
+    std::size_t epoch = 0;  // the first row of the same time
     for (std::size_t i = 0; i < receiver.rows.size(); ++i) {
+      if (receiver.rows[i].time_s != receiver.rows[epoch].time_s) epoch = i;
       const Row& row = receiver.rows[i];
       const double frame = row.time_s * sequence.rate_hz;
       if (std::abs(frame - std::round(frame)) > 1e-9) continue;
@@ -342,7 +368,7 @@ class SignalsChecker : public Checker {
       const Vector3d antenna_local = *body * arm_body;
       const Vector3d antenna_ecef = ecef_from_enu * antenna_local;
       const Vector3d way = row.satellite_ecef - antenna_ecef;
-      range_.note(std::abs(way.norm() - row.range_m), off_m, receiver.names[i] + ", m");
+      range_.note(std::abs(way.norm() - row.range_m), off_m, receiver.name(i) + ", m");
       const Vector3d enu = enu_from_ecef(geodetic_from_ecef(antenna_ecef)) * way;
       const double elevation = std::atan2(enu.z(), std::hypot(enu.x(), enu.y()));
       const double azimuth = std::atan2(enu.x(), enu.y());
@@ -350,9 +376,63 @@ class SignalsChecker : public Checker {
           elevation - radians_from_degrees(row.elevation_deg),
           std::cos(elevation) * std::remainder(azimuth - radians_from_degrees(row.azimuth_deg),
                                                2.0 * std::numbers::pi));
-      range_.note(turned, 1e-12 + off_m / 2e7 + 1e-7 / 6.4e6, receiver.names[i] + ", rad");
+      range_.note(turned, 1e-12 + off_m / 2e7 + 1e-7 / 6.4e6, receiver.name(i) + ", rad");
+      if (i == epoch) find_missing_rows(receiver, epoch, antenna_ecef);
+      compare_air(receiver, i, geodetic_from_ecef(antenna_ecef), azimuth, elevation);
       compare_with_world(sequence, receiver, i, antenna_local, off_m);
     }
+  }
+
+  /// Satellites of navigation.rnx that stand above the mask have a row.
+  void find_missing_rows(const Receiver& receiver, std::size_t epoch,
+                         const Vector3d& antenna_ecef) {
+    const double time_s = receiver.rows[epoch].time_s;
+    std::set<int> stated;
+    for (std::size_t i = epoch; i < receiver.rows.size() && receiver.rows[i].time_s == time_s; ++i)
+      stated.insert(receiver.rows[i].prn);
+    const Vector3d up = enu_from_ecef(geodetic_from_ecef(antenna_ecef)).row(2).transpose();
+    for (const auto& [prn, records] : receiver.orbits) {
+      if (stated.contains(prn)) continue;
+      const std::optional<Receiver::Orbit> orbit = receiver.orbit(prn, time_s);
+      double range_m = 2.2e7;
+      Vector3d way = Vector3d::Zero();
+      for (int step = 0; step < 4; ++step) {
+        way = sent_signal(*orbit->record, orbit->since_s, range_m).place_ecef - antenna_ecef;
+        range_m = way.norm();
+      }
+      const double elevation_deg = degrees_from_radians(std::asin(way.dot(up) / range_m));
+      constexpr double kRounding_deg = 1e-6;
+      rows_.expect(elevation_deg < receiver.sensor->gnss.mask_deg + kRounding_deg,
+                   "{}: PRN {} is {:.3f} deg above the horizon and has no row",
+                   receiver.name(epoch), prn, elevation_deg);
+    }
+  }
+
+  /// What the air delays, by models of the validator's own.
+  void compare_air(const Receiver& receiver, std::size_t i, const Geodetic& antenna,
+                   double azimuth_rad, double elevation_rad) {
+    const Row& row = receiver.rows[i];
+    const GnssSettings& settings = receiver.sensor->gnss;
+    const double second_of_day =
+        std::fmod(1e-9 * static_cast<double>(receiver.start_ns), 86400.0) + row.time_s;
+    const double ionosphere_m =
+        settings.has_ionosphere ? klobuchar_m(receiver.navigation.alpha, receiver.navigation.beta,
+                                              antenna, azimuth_rad, elevation_rad, second_of_day)
+                                : 0.0;
+    // Numbers of navigation.rnx have five digits; directions are exact to 1e-12.
+    air_.note(std::abs(row.ionosphere_m - ionosphere_m), 1e-6 + 1e-6 * ionosphere_m,
+              receiver.name(i) + ", m of the ionosphere");
+    double troposphere_m = 0.0;
+    if (settings.has_troposphere) {
+      const std::optional<double> undulation_m =
+          undulation_m_ ? undulation_m_(antenna.lat_deg, antenna.lon_deg) : std::nullopt;
+      if (!undulation_m) return;
+      troposphere_m = saastamoinen_m(radians_from_degrees(antenna.lat_deg),
+                                     antenna.height_m - *undulation_m, elevation_rad);
+    }
+    // The geoid's grid steps by centimetres, of which a metre is 3e-4 m at the zenith.
+    air_.note(std::abs(row.troposphere_m - troposphere_m), 1e-6 + 3e-5 * row.slant(),
+              receiver.name(i) + ", m of the troposphere");
   }
 
   void open_world(const Dataset& dataset, const Sequence& sequence) {
@@ -393,7 +473,9 @@ class SignalsChecker : public Checker {
     const std::optional<ExactHit> hit = hides(from);
     const auto agrees = [&](const std::optional<ExactHit>& one) {
       if (row.is_visible || !one) return row.is_visible == !one;
-      return row.instance_id == (one->object ? one->object->instance_id : 0U);
+      if (!one->object) return row.instance_id == 0U;
+      return row.instance_id == one->object->instance_id &&
+             row.class_id == static_cast<int>(one->object->semantic_class);
     };
     if (!agrees(hit)) {
       // Within rounding of an edge either is right.
@@ -405,13 +487,12 @@ class SignalsChecker : public Checker {
             return;
           }
     }
-    hidden_.expect(agrees(hit), "{}: PRN {} is {}, and the world {}", receiver.names[i], row.prn,
+    hidden_.expect(agrees(hit), "{}: PRN {} is {}, and the world {}", receiver.name(i), row.prn,
                    row.is_visible ? "visible" : "hidden",
                    !hit ? "does not hide it" : "hides it by another thing");
   }
 
-  void compare_with_files(const Dataset& dataset, const Sequence& sequence,
-                          const Receiver& receiver) {
+  void compare_with_files(const Dataset& dataset, const Sequence& sequence, Receiver& receiver) {
     const std::optional<std::int64_t> start_ns = gps_start_ns(sequence);
     if (!start_ns) {
       files_.expect(false, "utc_start is no time");
@@ -424,9 +505,12 @@ class SignalsChecker : public Checker {
           core::fail(core::ErrorKind::Input, "{}: it is missing", path);
         return core::read_text_file(dataset.root / path);
       };
-      compare_orbits(
-          receiver, *start_ns,
-          parse_rinex_navigation(text_of("navigation.rnx"), receiver.file("navigation.rnx")));
+      receiver.start_ns = *start_ns;
+      receiver.navigation =
+          parse_rinex_navigation(text_of("navigation.rnx"), receiver.file("navigation.rnx"));
+      for (const NavigationRecord& record : receiver.navigation.records)
+        receiver.orbits[record.prn].push_back(record);
+      compare_orbits(receiver);
       compare_observations(
           receiver, *start_ns,
           parse_rinex_observations(text_of("observations.rnx"), receiver.file("observations.rnx")));
@@ -436,28 +520,30 @@ class SignalsChecker : public Checker {
     }
   }
 
-  void compare_orbits(const Receiver& receiver, std::int64_t start_ns,
-                      const std::vector<NavigationRecord>& records) {
+  void compare_orbits(const Receiver& receiver) {
+    const GnssSettings& settings = receiver.sensor->gnss;
     for (std::size_t i = 0; i < receiver.rows.size(); ++i) {
       const Row& row = receiver.rows[i];
-      const auto since_s = [&](const NavigationRecord& record) {
-        const std::int64_t since_ns = start_ns - 1'000'000'000 * std::llround(record.toe_gps_s());
-        return 1e-9 * static_cast<double>(since_ns) + row.time_s;
-      };
-      const NavigationRecord* nearest = nullptr;
-      for (const NavigationRecord& record : records)
-        if (record.prn == row.prn &&
-            (nearest == nullptr || std::abs(since_s(record)) < std::abs(since_s(*nearest))))
-          nearest = &record;
-      if (nearest == nullptr) {
+      const std::optional<Receiver::Orbit> orbit = receiver.orbit(row.prn, row.time_s);
+      if (!orbit) {
         files_.expect(false, "{}: no orbit of PRN {}", receiver.file("navigation.rnx"), row.prn);
         continue;
       }
+      const auto sent_at = [&](double later_s) {
+        return sent_signal(*orbit->record, orbit->since_s + later_s, row.range_m);
+      };
       // Half way between two records either holds; they agree to a millimetre.
-      const SentSignal sent = sent_signal(*nearest, since_s(*nearest), row.range_m);
-      orbits_.note((sent.place_ecef - row.satellite_ecef).norm(), 2e-3, receiver.names[i] + ", m");
-      orbits_.note(std::abs(sent.clock_s - row.satellite_clock_s), 1e-15,
-                   receiver.names[i] + ", s");
+      const SentSignal sent = sent_at(0.0);
+      orbits_.note((sent.place_ecef - row.satellite_ecef).norm(), 2e-3, receiver.name(i) + ", m");
+      orbits_.note(std::abs(sent.clock_s - row.satellite_clock_s), 1e-15, receiver.name(i) + ", s");
+      if (!row.is_visible) continue;
+      constexpr double kStep_s = 0.5;
+      const double clock_rate =
+          1e-9 * settings.clock_drift_ppb -
+          (sent_at(kStep_s).clock_s - sent_at(-kStep_s).clock_s) / (2.0 * kStep_s);
+      code_.note(
+          std::abs(row.doppler_hz + (row.range_rate_mps + kLight_mps * clock_rate) / kWave_m),
+          1e-6 + kDeviations * settings.doppler_noise_hz * row.slant(), receiver.name(i) + ", Hz");
     }
   }
 
@@ -483,8 +569,13 @@ class SignalsChecker : public Checker {
       ++num_rows;
       const double by_clock_s =
           1e-9 * static_cast<double>(start_ns % 100) + row.time_s + row.receiver_clock_s;
-      const std::int64_t steps = std::llround(by_clock_s / kStep_s);
-      const auto found = stated.find({start_ns / 100 + steps, row.prn});
+      // Half way between two stamps either is right.
+      std::int64_t steps = std::llround(by_clock_s / kStep_s) - 1;
+      auto found = stated.end();
+      for (int k = 0; k < 3 && found == stated.end(); ++k, ++steps)
+        if (std::abs(by_clock_s - static_cast<double>(steps) * kStep_s) <= 0.5001 * kStep_s)
+          found = stated.find({start_ns / 100 + steps, row.prn});
+      --steps;
       if (found == stated.end()) {
         files_.expect(false, "{}: no observation of PRN {} at {} s",
                       receiver.file("observations.rnx"), row.prn, by_clock_s);
@@ -500,7 +591,7 @@ class SignalsChecker : public Checker {
               std::abs(found->second->doppler_hz - row.doppler_hz) <= kHalf &&
               found->second->is_new == !before.contains(row.prn),
           "{}: PRN {} at {} s has other signals than {}", receiver.file("observations.rnx"),
-          row.prn, by_clock_s, receiver.names[i]);
+          row.prn, by_clock_s, receiver.name(i));
     }
     files_.expect(num_rows == num_stated && stated.size() == num_stated,
                   "{}: {} observations, where {} were made", receiver.file("observations.rnx"),
@@ -528,6 +619,13 @@ class SignalsChecker : public Checker {
                     code_.num),
         "A normal deviate is beyond 8 once in 1e15; doubles of 2.5e7 m.",
         "a sign of a clock or of the ionosphere, cycles for metres, Doppler of the other sign");
+    add(air_.result("signals_air", "no epoch is at the time of a frame with a pose"),
+        fmt::format(
+            "{} delays by ionosphere and troposphere against Klobuchar's and Saastamoinen's "
+            "models, by the validator's own sums.",
+            air_.num),
+        "The geoid's grid steps by centimetres, of which the troposphere keeps micrometres.",
+        "a model that is left out, semicircles for radians, another day's numbers");
     add(range_.result("signals_range", "no epoch is at the time of a frame with a pose"),
         fmt::format("{} ranges and directions from the antenna, by the poses, to the satellites.",
                     range_.num),
@@ -566,11 +664,12 @@ class SignalsChecker : public Checker {
   }
 
   std::filesystem::path world_;
+  Undulation undulation_m_;
   std::optional<ExactWorld> exact_;
   std::string no_world_;
   Pose world_from_local_;
   FileContradictions rows_, files_, hidden_;
-  Share code_, range_, rate_, orbits_;
+  Share code_, range_, rate_, orbits_, air_;
   std::int64_t num_uncertain_ = 0, num_at_edges_ = 0;
 };
 

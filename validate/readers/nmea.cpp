@@ -51,11 +51,11 @@ class Sentence {
   }
 
   /// UTC of "hhmmss.sss" of a day "ddmmyy".
-  std::int64_t unix_ns(std::string_view day, std::string_view time) const {
+  std::int64_t unix_ns(int century, std::string_view day, std::string_view time) const {
     if (day.size() != 6 || time.size() < 8 || time[6] != '.') wrong("no time of hhmmss.sss");
     return parse_utc_ns(
-        fmt::format("20{}-{}-{} {}:{}:{}", day.substr(4, 2), day.substr(2, 2), day.substr(0, 2),
-                    time.substr(0, 2), time.substr(2, 2), time.substr(4)),
+        fmt::format("{:02}{}-{}-{} {}:{}:{}", century, day.substr(4, 2), day.substr(2, 2),
+                    day.substr(0, 2), time.substr(0, 2), time.substr(2, 2), time.substr(4)),
         where_);
   }
 
@@ -66,7 +66,7 @@ class Sentence {
 
 }  // namespace
 
-std::vector<NmeaFix> parse_nmea(std::string_view text, const std::string& where) {
+std::vector<NmeaFix> parse_nmea(std::string_view text, int century, const std::string& where) {
   const std::vector<TextLine> lines = split_lines(text);
   constexpr std::size_t kOfFix = 3;
   if (lines.size() % kOfFix != 0)
@@ -87,7 +87,7 @@ std::vector<NmeaFix> parse_nmea(std::string_view text, const std::string& where)
     if (rmc.cell(2) != "A" || rmc.cell(12).size() != 1) rmc.wrong("no valid fix");
     if (gga.cell(10) != "M" || gga.cell(12) != "M") gga.wrong("heights that are not in metres");
     constexpr double kKnot_mps = 1852.0 / 3600.0;
-    fixes.push_back({.unix_ns = rmc.unix_ns(rmc.cell(9), rmc.cell(1)),
+    fixes.push_back({.unix_ns = rmc.unix_ns(century, rmc.cell(9), rmc.cell(1)),
                      .lat_deg = gga.angle_deg(2, 2, 'N', 'S'),
                      .lon_deg = gga.angle_deg(4, 3, 'E', 'W'),
                      .altitude_msl_m = gga.number(9),

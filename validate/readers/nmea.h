@@ -17,7 +17,8 @@ struct NmeaFix {
   double sigma_lat_m = 0.0, sigma_lon_m = 0.0, sigma_height_m = 0.0;
 };
 
+/// century  of the fixes' years, of which a sentence has two digits: 20
 /// throws   Input: another form, a wrong checksum, sentences of one fix that contradict each other; `where` names the file
-std::vector<NmeaFix> parse_nmea(std::string_view text, const std::string& where);
+std::vector<NmeaFix> parse_nmea(std::string_view text, int century, const std::string& where);
 
 }  // namespace terracast::validate

@@ -57,7 +57,8 @@ class Lines {
 /// Reads the header up to its end.
 /// kind       that the first line must have at column 20
 /// observed   the line of the types of observations; empty: none is wanted
-void read_header(Lines& lines, char kind, std::string_view observed) {
+void read_header(Lines& lines, char kind, std::string_view observed,
+                 RinexNavigation* navigation = nullptr) {
   const std::string_view first = lines.take();
   if (lines.cell(first, 60, 20) != "RINEX VERSION / TYPE" || lines.number(first, 0, 9) != 3.04 ||
       lines.cell(first, 20, 1) != std::string_view(&kind, 1) || lines.cell(first, 40, 1) != "G")
@@ -67,6 +68,13 @@ void read_header(Lines& lines, char kind, std::string_view observed) {
     const std::string_view line = lines.take();
     const std::string_view label = trimmed(lines.cell(line, 60, 20));
     if (label == "END OF HEADER") break;
+    if (label == "IONOSPHERIC CORR" && navigation != nullptr) {
+      const std::string_view name = lines.cell(line, 0, 4);
+      if (name != "GPSA" && name != "GPSB") lines.wrong("no numbers of Klobuchar's model");
+      for (std::size_t k = 0; k < 4; ++k)
+        (name == "GPSA" ? navigation->alpha : navigation->beta)[k] =
+            lines.number(line, 5 + 12 * k, 12);
+    }
     if (label != "SYS / # / OBS TYPES") continue;
     if (has_types || trimmed(lines.cell(line, 0, 60)) != observed)
       lines.wrong("other observations than C1C, L1C and D1C");
@@ -136,11 +144,10 @@ std::vector<RinexEpoch> parse_rinex_observations(std::string_view text, const st
   return epochs;
 }
 
-std::vector<NavigationRecord> parse_rinex_navigation(std::string_view text,
-                                                     const std::string& where) {
+RinexNavigation parse_rinex_navigation(std::string_view text, const std::string& where) {
   Lines lines(text, where);
-  read_header(lines, 'N', "");
-  std::vector<NavigationRecord> records;
+  RinexNavigation navigation;
+  read_header(lines, 'N', "", &navigation);
   while (!lines.is_at_end()) {
     const std::string_view head = lines.take();
     NavigationRecord record{.prn = prn_of(lines, head)};
@@ -169,9 +176,9 @@ std::vector<NavigationRecord> parse_rinex_navigation(std::string_view text,
       lines.wrong("an orbit that no satellite has");
     if (record.toe_gps_s() != static_cast<double>(toc_s))
       lines.wrong("the time of the clock is another than that of the orbit");
-    records.push_back(record);
+    navigation.records.push_back(record);
   }
-  return records;
+  return navigation;
 }
 
 }  // namespace terracast::validate

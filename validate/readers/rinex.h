@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -21,9 +22,13 @@ struct RinexEpoch {
   std::vector<RinexObservation> satellites;
 };
 
+struct RinexNavigation {
+  std::array<double, 4> alpha{}, beta{};  ///< of Klobuchar's model
+  std::vector<NavigationRecord> records;
+};
+
 /// throws   Input: another form; `where` names the file
 std::vector<RinexEpoch> parse_rinex_observations(std::string_view text, const std::string& where);
-std::vector<NavigationRecord> parse_rinex_navigation(std::string_view text,
-                                                     const std::string& where);
+RinexNavigation parse_rinex_navigation(std::string_view text, const std::string& where);
 
 }  // namespace terracast::validate

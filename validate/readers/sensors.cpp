@@ -353,6 +353,10 @@ SensorRecord read_sensor(const Dataset& dataset, const Sequence& sequence, const
     sensor.gnss = {
         .mask_deg = setting_of(sensor.settings_toml, "mask_deg", where),
         .plants_pass = words_of(sensor.settings_toml, "plants", where) == "\"pass\"",
+        .has_ionosphere = words_of(sensor.settings_toml, "ionosphere", where) != "\"none\"",
+        .has_troposphere = words_of(sensor.settings_toml, "troposphere", where) != "\"none\"",
+        .clock_offset_us = setting_of(sensor.settings_toml, "clock_offset_us", where),
+        .clock_drift_ppb = setting_of(sensor.settings_toml, "clock_drift_ppb", where),
         .pseudorange_noise_m = setting_of(sensor.settings_toml, "pseudorange_noise_m", where),
         .carrier_noise_mm = setting_of(sensor.settings_toml, "carrier_noise_mm", where),
         .doppler_noise_hz = setting_of(sensor.settings_toml, "doppler_noise_hz", where)};

@@ -21,7 +21,8 @@ struct ImuState {
 /// Of the settings of a receiver of satellites' signals.
 struct GnssSettings {
   double mask_deg = 0.0;
-  bool plants_pass = false;
+  bool plants_pass = false, has_ionosphere = true, has_troposphere = true;
+  double clock_offset_us = 0.0, clock_drift_ppb = 0.0;
   double pseudorange_noise_m = 0.0, carrier_noise_mm = 0.0, doppler_noise_hz = 0.0;
 };
 
