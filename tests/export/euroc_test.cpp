@@ -180,7 +180,8 @@ TEST(EurocFiles, OpenCvReadsWhatOpenVinsReads) {
                                    .width_px = 752,
                                    .height_px = 480,
                                    .parameters = {458.0, 457.0, 367.5, 248.875, -0.28, 1e-5, 0, 0}},
-                                  imu_from_camera}}));
+                                  imu_from_camera}},
+                                0.0125));
   cv::FileStorage chain((scratch / "chain.yaml").string(), cv::FileStorage::READ);
   ASSERT_TRUE(chain.isOpened());
   const cv::FileNode camera = chain["cam0"];
@@ -189,6 +190,7 @@ TEST(EurocFiles, OpenCvReadsWhatOpenVinsReads) {
   EXPECT_EQ(static_cast<double>(camera["intrinsics"][2]), 367.0);
   EXPECT_EQ(static_cast<double>(camera["distortion_coeffs"][1]), 1e-5);
   EXPECT_EQ(static_cast<int>(camera["resolution"][0]), 752);
+  EXPECT_EQ(static_cast<double>(camera["timeshift_cam_imu"]), 0.0125);
   for (int row = 0; row < 3; ++row)
     EXPECT_EQ(static_cast<double>(camera["T_imu_cam"][row][3]), imu_from_camera.translation[row]);
   EXPECT_EQ(static_cast<double>(camera["T_imu_cam"][0][1]),

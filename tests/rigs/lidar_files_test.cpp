@@ -114,7 +114,7 @@ TEST(Ouster, BothLayoutsHaveTheBeamsOfTheMakersFormula) {
   expect_ouster_beams(nested, 0.015806);
   EXPECT_EQ(nested.rig.name, "OS-1-128");
   ASSERT_EQ(nested.rig.sensors.size(), 2U);
-  EXPECT_EQ(nested.rig.sensors[1].kind, "imu");
+  EXPECT_EQ(nested.rig.sensors[1].sensor.kind(), "imu");
   EXPECT_EQ(nested.rig.sensors[1].offset_mm, (std::vector<double>{6.253, -11.775, 7.645}));
   for (const std::string& line : lines_not_used(nested.ledger))
     EXPECT_EQ(line.find("window"), std::string::npos) << line;
