@@ -173,6 +173,17 @@ CLI::App* add_evaluate_command(CLI::App& app, EvaluateArguments& arguments) {
       ->add_option("--drift-stride", options.drift_stride_frames,
                    "Frames from the start of a segment to the next one's: 10.")
       ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option("--distance-m", options.cloud_distances_m,
+                   "A distance within which a point is right (repeatable): 0.1, 0.25 and 1.")
+      ->allow_extra_args(false)
+      ->check(within(1e-9, 1e9));
+  add_choice<CloudCrop>(
+      *command, "--crop", options.crop,
+      {{"truth", CloudCrop::Truth}, {"common", CloudCrop::Common}, {"none", CloudCrop::None}},
+      "Which points of clouds count: truth (the default: the result's within the true cloud's "
+      "bounds "
+      "and the largest --distance-m beyond), common (of both, within their common bounds), none.");
   add_choice<bool>(
       *command, "--times", options.is_at_result_times, {{"frames", false}, {"result", true}},
       "Where a trajectory is scored: at the frames (the default), or at the result's own "
