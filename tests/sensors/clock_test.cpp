@@ -126,7 +126,7 @@ TEST(SensorClock, IsDrawnBySeedAndNameAboutWhatIsBelieved) {
     const capture::StreamClock clock =
         sensors::drawn_clock(options, 7, "P000/rig/" + std::to_string(i));
     EXPECT_EQ(clock.believed_offset_s, 3.0);
-    EXPECT_EQ(clock.believed_drift, 1e-5);
+    EXPECT_DOUBLE_EQ(clock.believed_drift, 1e-5);
     squares += std::pow((clock.offset_s - 3.0) / 0.5, 2) / kCount;
     drifts += std::pow((clock.drift - 1e-5) / 2e-6, 2) / kCount;
   }
