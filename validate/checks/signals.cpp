@@ -339,7 +339,7 @@ class SignalsChecker : public Checker {
             step_s / 3.0 *
             (row(k - 1).range_rate_mps + 4.0 * row(k).range_rate_mps + row(k + 1).range_rate_mps);
         rate_.note(std::abs(row(k + 1).range_m - row(k - 1).range_m - way_m), allowed_m,
-                   receiver.name(track[k)] + ", m");
+                   receiver.name(track[k]) + ", m");
       }
     }
   }
