@@ -63,7 +63,7 @@ void Hdf5File::make_list(const std::string& name, hid_t type, std::size_t chunk)
 
 void Hdf5File::append(const std::string& name, hid_t type, const void* numbers, std::size_t count) {
   if (count == 0) return;
-  const Hdf5Handle list(checked(H5Dopen2(file_.id(), name.c_str(), H5P_DEFAULT)), H5Dclose);
+  Hdf5Handle list(checked(H5Dopen2(file_.id(), name.c_str(), H5P_DEFAULT)), H5Dclose);
   hsize_t start = 0;
   {
     const Hdf5Handle old(checked(H5Dget_space(list.id())), H5Sclose);
@@ -75,6 +75,8 @@ void Hdf5File::append(const std::string& name, hid_t type, const void* numbers, 
   checked(H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, &start, nullptr, &more, nullptr));
   const Hdf5Handle memory(checked(H5Screate_simple(1, &more, nullptr)), H5Sclose);
   checked(H5Dwrite(list.id(), type, memory.id(), space.id(), H5P_DEFAULT, numbers));
+  // What is deflated is written when the list is closed.
+  if (!list.close()) checked(-1);
 }
 
 void Hdf5File::write_scalar(const std::string& name, hid_t type, hid_t native, const void* number) {
@@ -96,10 +98,11 @@ void Hdf5File::write_array(const std::string& name, hid_t type, hid_t native,
   checked(H5Pset_chunk(properties.id(), static_cast<int>(sizes.size()), sizes.data()));
   checked(H5Pset_shuffle(properties.id()));
   checked(H5Pset_deflate(properties.id(), kDeflateLevel));
-  const Hdf5Handle array(checked(H5Dcreate2(file_.id(), name.c_str(), type, space.id(), H5P_DEFAULT,
-                                            properties.id(), H5P_DEFAULT)),
-                         H5Dclose);
+  Hdf5Handle array(checked(H5Dcreate2(file_.id(), name.c_str(), type, space.id(), H5P_DEFAULT,
+                                      properties.id(), H5P_DEFAULT)),
+                   H5Dclose);
   checked(H5Dwrite(array.id(), native, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers));
+  if (!array.close()) checked(-1);
 }
 
 void Hdf5File::close() {

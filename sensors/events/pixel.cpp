@@ -126,7 +126,8 @@ struct Pixels::Run {
                       .contrast = static_cast<float>(is_on ? thresholds.on : thresholds.off)});
     state.last_event_ns = time_ns;
     state.dead_until_s = time_s + dead_s;
-    state.is_held = is_change_lost;
+    // Noise leaves the reference where it is.
+    if (!is_noise) state.is_held = is_change_lost;
   }
 };
 

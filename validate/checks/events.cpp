@@ -5,15 +5,18 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
+#include "core/json.h"
 #include "validate/checks/checker.h"
 #include "validate/checks/contradictions.h"
 #include "validate/pictures.h"
 #include "validate/readers/sensors.h"
+#include "validate/text.h"
 
 /// Events of event cameras: what their rows say of each other, and against the images of the camera whose lens they share.
 namespace terracast::validate {
@@ -57,6 +60,27 @@ std::optional<LogLight> log_light_of(const core::Image8& color, int x, int y) {
     rounding += 0.5 * kLuminance[static_cast<std::size_t>(k)] * (*above - *here);
   }
   return LogLight{.value = std::log(light), .rounding = rounding / light};
+}
+
+/// Height of the sun above the horizon, to 5 deg: by the day of the year and the hour, without the equation of time. NaN where
+/// no time is stated.
+double sun_deg(const Sequence& sequence) {
+  try {
+    const double unix_s = 1e-9 * static_cast<double>(parse_utc_ns(sequence.utc_start, "utc_start"));
+    constexpr double kDay_s = 86400.0, kYear_days = 365.2425, kTilt_deg = 23.44;
+    const double days_since_solstice = std::fmod(unix_s / kDay_s + 10.0, kYear_days);
+    const double declination = -radians_from_degrees(kTilt_deg) *
+                               std::cos(2.0 * std::numbers::pi * days_since_solstice / kYear_days);
+    const double hour_angle = 2.0 * std::numbers::pi * (std::fmod(unix_s, kDay_s) / kDay_s - 0.5) +
+                              radians_from_degrees(sequence.origin.lon_deg);
+    const double latitude = radians_from_degrees(sequence.origin.lat_deg);
+    return degrees_from_radians(
+        std::asin(std::sin(latitude) * std::sin(declination) +
+                  std::cos(latitude) * std::cos(declination) * std::cos(hour_angle)));
+  } catch (const core::Error& error) {
+    if (error.kind() != core::ErrorKind::Input) throw;
+    return std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 /// One event camera of a sequence.
@@ -167,6 +191,35 @@ class EventStream {
     return settings_.contrast_on + settings_.contrast_off + 6.0 * settings_.contrast_sd;
   }
 
+  /// Why sums of events from frame to frame are not the images' change of light; empty: they are.
+  std::string why_not_light() const {
+    // The low-pass runs after the light: up to a fifth of a frame it leaves the median of moving texture within the slack.
+    constexpr double kMostLag_frames = 0.2;
+    const double frame_s = 1.0 / sequence_.rate_hz;
+    if (settings_.cutoff_hz > 0.0) {
+      const double lag_s =
+          1.0 / (2.0 * std::numbers::pi * settings_.cutoff_hz * settings_.cutoff_least_share);
+      if (!(lag_s <= kMostLag_frames * frame_s))
+        return fmt::format("the low-pass may lag by {:.3g} s, and frames are {:.3g} s apart", lag_s,
+                           frame_s);
+    }
+    constexpr double kMostLeak = 0.1;
+    const double leak = settings_.leak_hz * settings_.contrast_on * frame_s;
+    if (!(leak <= kMostLeak * slack()))
+      return fmt::format("leaks add {:.3g} from frame to frame", leak);
+    constexpr double kMostLost_frames = 0.002;
+    if (settings_.are_changes_lost &&
+        !(1e-6 * settings_.refractory_us <= kMostLost_frames * frame_s))
+      return "changes within the refractory time are lost";
+    // In daylight grey has some hundred cd/m2 and more, at a low sun under clouds some ten.
+    constexpr double kMostDark_cd_per_m2 = 1.0, kLowestSun_deg = 10.0;
+    if (settings_.dark_cd_per_m2 > kMostDark_cd_per_m2)
+      return fmt::format("a dark current as of {:.3g} cd/m2", settings_.dark_cd_per_m2);
+    if (settings_.dark_cd_per_m2 > 0.0 && !(sun_deg(sequence_) >= kLowestSun_deg))
+      return "the sun is low, and dark current fades contrasts";
+    return {};
+  }
+
  private:
   template <class Where>
   void compare_with_pixel(const Event& event, const Where& where, FileContradictions& found) {
@@ -272,7 +325,8 @@ class EventsChecker : public Checker {
  private:
   void open(const Dataset& dataset, const Sequence& sequence) {
     is_open_ = true;
-    has_ideal_images_ = !dataset.files.contains(sequence.path + "/imaging.json");
+    has_ideal_images_ = !dataset.files.contains(sequence.path + "/imaging.json") &&
+                        are_taken_at_once(dataset, sequence);
     try {
       for (SensorRecord& sensor : read_sensors(dataset, sequence)) {
         if (sensor.kind != "events") continue;
@@ -288,12 +342,27 @@ class EventsChecker : public Checker {
     }
   }
 
+  /// Whether no image rolls, or is exposed for a time.
+  static bool are_taken_at_once(const Dataset& dataset, const Sequence& sequence) {
+    const core::Json json = core::Json::read(dataset.root / "dataset.json");
+    const core::Json& sequences = json.at("sequences");
+    for (std::size_t i = 0; i < sequences.size(); ++i) {
+      if (sequences.at(i).at("path").string() != sequence.path) continue;
+      const core::Json& cameras = sequences.at(i).at("cameras");
+      for (std::size_t k = 0; k < cameras.size(); ++k)
+        if (cameras.at(k).has("shutter")) return false;
+    }
+    return true;
+  }
+
   void compare(const FrameWindow& window, EventStream& stream) {
     const int frame = window.frame();
     // Those until this frame's time are in the files of frames before.
     const std::vector<double> gains = stream.take_gains(frame);
     stream.read(window.dataset(), frame, rows_);
-    if (stream.camera_index() < 0 || frame == 0 || !has_ideal_images_) return;
+    if (stream.camera_index() < 0 || frame == 0 || !has_ideal_images_ ||
+        !stream.why_not_light().empty())
+      return;
     const std::optional<View> before = window.view(stream.camera_index(), frame - 1);
     const std::optional<View> after = window.view(stream.camera_index(), frame);
     if (!before || !after || before->image == nullptr || after->image == nullptr) return;
@@ -311,7 +380,11 @@ class EventsChecker : public Checker {
                      [](const EventStream& stream) { return stream.camera_index() >= 0; }))
       return skipped_result("events_light", "no event camera shares the lens of exported images");
     if (!has_ideal_images_)
-      return skipped_result("events_light", "images are not as the light is: imaging.json");
+      return skipped_result("events_light",
+                            "images are not as the light is at once: imaging.json, or shutters");
+    for (const EventStream& stream : streams_)
+      if (stream.camera_index() >= 0 && !stream.why_not_light().empty() && light_.shares.empty())
+        return unseen_result("events_light", stream.why_not_light());
     if (light_.shares.size() < kEnough)
       return unseen_result("events_light",
                            fmt::format("{} pixels changed by enough from frame to frame; {} would "

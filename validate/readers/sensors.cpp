@@ -386,7 +386,13 @@ EventSettings event_settings(const SensorRecord& sensor) {
           .contrast_on = number("contrast_on"),
           .contrast_off = number("contrast_off"),
           .contrast_sd = number("contrast_sd"),
-          .refractory_us = number("refractory_us")};
+          .refractory_us = number("refractory_us"),
+          .are_changes_lost =
+              words_of(sensor.settings_toml, "in_refractory", sensor.file) != "\"kept\"",
+          .cutoff_hz = number("cutoff_hz"),
+          .cutoff_least_share = number("cutoff_least_share"),
+          .leak_hz = number("leak_hz"),
+          .dark_cd_per_m2 = number("dark_cd_per_m2")};
 }
 
 NpyTable read_scans(const Dataset& dataset, const SensorRecord& scanner, int frame) {

@@ -84,6 +84,9 @@ struct EventSettings {
   int width_px = 0, height_px = 0;
   double contrast_on = 0.0, contrast_off = 0.0, contrast_sd = 0.0;
   double refractory_us = 0.0;
+  bool are_changes_lost = false;                     ///< within the refractory time
+  double cutoff_hz = 0.0, cutoff_least_share = 1.0;  ///< of the low-pass; 0: there is none
+  double leak_hz = 0.0, dark_cd_per_m2 = 0.0;
 };
 /// throws   Input: they are missing, or no numbers
 EventSettings event_settings(const SensorRecord& sensor);
