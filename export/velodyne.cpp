@@ -190,15 +190,18 @@ SemanticKittiLabels::SemanticKittiLabels(const FrameScans& scans) {
         std::max(most_points_of_frame_, static_cast<std::int64_t>(points.size()));
   });
   constexpr std::size_t kMost = 65535;
-  for (auto& [label, numbers] : instances_) {
-    if (numbers.size() > kMost)
-      core::fail(core::ErrorKind::Input,
-                 "kitti: the points of {} in {} show {} instances of SemanticKITTI's class {}; its "
-                 "labels number {} at most: shorter sequences, or lidar = \"off\", are right",
-                 scans.name(), info.name, numbers.size(), label, kMost);
-    std::uint16_t number = 0;
+  std::size_t count = 0;
+  for (const auto& [label, numbers] : instances_) count += numbers.size();
+  if (count > kMost)
+    core::fail(
+        core::ErrorKind::Input,
+        "kitti: the points of {} in {} show {} instances; SemanticKITTI's labels number {} at "
+        "most: shorter sequences, or lidar = \"off\", are right",
+        scans.name(), info.name, count, kMost);
+  // Numbers are of all classes together: users join moving and parked cars, and others, to one class.
+  std::uint16_t number = 0;
+  for (auto& [label, numbers] : instances_)
     for (auto& [id, its_number] : numbers) its_number = ++number;
-  }
 }
 
 std::uint16_t SemanticKittiLabels::label_of(const CloudPoint& point) const {

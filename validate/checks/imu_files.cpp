@@ -110,6 +110,12 @@ class ImuFilesChecker : public Checker {
     return dataset.files.contains(folder + "/timestamps.txt") ? folder : std::string();
   }
 
+  /// sensors.json has those of all rigs, and the format's files those of the cameras' rig.
+  static bool is_of_rig(const Sequence& sequence, const SensorRecord& sensor) {
+    return sequence.cameras.empty() || sequence.cameras[0].rig.empty() ||
+           sequence.cameras[0].rig == sensor.rig;
+  }
+
   void off(double off, double allowed, const char* what, const std::string& where) {
     files_.expect(off <= allowed,
                   [&] { return fmt::format("{}: {} is off by {:.3g}", where, what, off); });
@@ -118,8 +124,8 @@ class ImuFilesChecker : public Checker {
   /// Packets of the body's reference point, with what the IMU shows along the body's axes.
   void compare_packets(const Dataset& dataset, const Sequence& sequence,
                        const std::vector<SensorRecord>& sensors, const std::string& folder) {
-    const auto imu = std::find_if(sensors.begin(), sensors.end(), [](const SensorRecord& one) {
-      return one.kind == "imu" && std::abs(one.rate_hz - 100.0) < 1e-6;
+    const auto imu = std::find_if(sensors.begin(), sensors.end(), [&](const SensorRecord& one) {
+      return one.kind == "imu" && is_of_rig(sequence, one) && std::abs(one.rate_hz - 100.0) < 1e-6;
     });
     if (imu == sensors.end())
       core::fail(core::ErrorKind::Input, "{}: no IMU of 100 Hz is in sensors.json", folder);
@@ -223,8 +229,8 @@ class ImuFilesChecker : public Checker {
         *sequence.cameras[static_cast<std::size_t>(left)].body_from_camera;
     const auto imu = std::find_if(sensors.begin(), sensors.end(), [&](const SensorRecord& one) {
       const double samples = one.rate_hz / (kPerFrame * sequence.rate_hz);
-      return one.kind == "imu" && !one.is_integrated && std::round(samples) >= 1.0 &&
-             std::abs(samples - std::round(samples)) < 1e-6 &&
+      return one.kind == "imu" && is_of_rig(sequence, one) && !one.is_integrated &&
+             std::round(samples) >= 1.0 && std::abs(samples - std::round(samples)) < 1e-6 &&
              (one.body_from_sensor.translation - body_from_camera.translation).norm() < 1e-6;
     });
     if (imu == sensors.end())

@@ -37,6 +37,9 @@ class DealtScans {
   /// Rows with floor(time_s * rate_hz + 0.5) of a frame, in the order of their times.
   /// throws   Input: damaged scans; Io
   std::vector<ScanRow> rows(int frame);
+  /// The same; nothing where they are damaged.
+  std::optional<std::vector<ScanRow>> rows_if_whole(int frame);
+  /// throws   as rows()
   std::int64_t num_after_last_frame();
   /// SemanticKITTI's number of a row.
   std::uint16_t label(const ScanRow& row) const;

@@ -141,12 +141,14 @@ std::optional<Mistake> mistake_of_labels(DealtScans& dealt, int frame,
   };
   const auto lower = [](const ScanLabel& label) { return label.label; };
   const auto upper = [](const ScanLabel& label) { return label.instance; };
-  if (are_of(dealt.rows(frame), upper))
+  const std::optional<std::vector<ScanRow>> own = dealt.rows_if_whole(frame);
+  if (own && are_of(*own, upper))
     return Mistake{"lidar_labels_halves",
                    "labels have the class in the upper 16 bits, where the lower are right"};
   for (const int step : {1, -1}) {
     if (frame + step < 0 || frame + step >= dealt.num_frames()) continue;
-    if (are_of(dealt.rows(frame + step), lower))
+    const std::optional<std::vector<ScanRow>> other = dealt.rows_if_whole(frame + step);
+    if (other && are_of(*other, lower))
       return Mistake{"lidar_labels_of_other_scan",
                      fmt::format("labels are those of the {} scan", neighbour(step))};
   }

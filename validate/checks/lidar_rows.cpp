@@ -59,6 +59,15 @@ std::vector<ScanRow> DealtScans::rows(int frame) {
   return dealt;
 }
 
+std::optional<std::vector<ScanRow>> DealtScans::rows_if_whole(int frame) {
+  try {
+    return rows(frame);
+  } catch (const core::Error& error) {
+    if (error.kind() != core::ErrorKind::Input) throw;
+    return std::nullopt;
+  }
+}
+
 std::int64_t DealtScans::num_after_last_frame() {
   const std::vector<ScanRow>& last = rows_of_file(sequence_.num_frames - 1);
   return std::count_if(last.begin(), last.end(), [&](const ScanRow& row) {
