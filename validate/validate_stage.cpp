@@ -53,6 +53,7 @@ std::vector<CheckResult> failed_of(const std::vector<CheckResult>& results) {
     known.value = result.value;
     known.worst = result.worst;
     known.unit = result.unit;
+    known.mistake = result.mistake;
     failed.push_back(std::move(known));
   }
   return failed;
