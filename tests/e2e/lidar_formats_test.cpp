@@ -60,6 +60,7 @@ name = "car"
 thing = "hatchback"
 ride = "free"
 kind = "orbit"
+min_agl_m = 0.5
 centre = {east_m = 53.0, north_m = -37.0, height_m = 1.0, above = "ground"}
 radius_m = 4.0
 speed_mps = 8.0
