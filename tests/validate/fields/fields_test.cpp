@@ -175,14 +175,14 @@ TEST(NotProved, NamesFilesThatNoCheckReads) {
   Dataset dataset;
   dataset.format = "kitti";
   for (const char* path :
-       {"dataset/sequences/00/calib.txt", "dataset/sequences/00/velodyne/000000.bin",
-        "dataset/sequences/00/velodyne/000001.bin", "notes.xml"})
+       {"dataset/sequences/00/calib.txt", "dataset/sequences/00/sonar/000000.bin",
+        "dataset/sequences/00/sonar/000001.bin", "notes.xml"})
     dataset.files[path] = {};
   std::map<std::string, std::int64_t> unknown;
   for (const NotProved& one : not_proved(dataset))
     if (one.fields == "*") unknown[one.files] = one.num_files;
   EXPECT_EQ(unknown, (std::map<std::string, std::int64_t>{
-                         {"dataset/sequences/00/velodyne/*.bin", 2}, {"notes.xml", 1}}));
+                         {"dataset/sequences/00/sonar/*.bin", 2}, {"notes.xml", 1}}));
   for (int i = 0; i < 200; ++i) dataset.files["notes" + std::string(i, 'a')] = {};
   const std::vector<NotProved> many = not_proved(dataset);
   EXPECT_TRUE(std::any_of(many.begin(), many.end(), [](const NotProved& one) {
