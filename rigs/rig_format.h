@@ -64,8 +64,8 @@ std::vector<std::string> keys_left_out(const RigFormatInfo& format, const rigs::
 /// The table of formats.
 std::span<const RigFormatInfo> rig_formats();
 
-/// Adds sensors to a rig; those whose names are taken get a number: lidar_2. Both rigs have axes FLU, or none of the
-/// sensors is placed by them.
+/// Adds sensors to a rig; those whose names are taken get a number: lidar_2. The
+/// two rigs' origins and forward directions become one, whatever axes each counts in.
 /// throws   Config: what rigs refuse
 void add_sensors(const rigs::RigOptions& from, rigs::RigOptions& onto);
 

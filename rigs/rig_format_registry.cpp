@@ -92,17 +92,21 @@ std::vector<std::string> lines_not_used(const core::Ledger& ledger) {
 }
 
 void add_sensors(const rigs::RigOptions& from, rigs::RigOptions& onto) {
-  if (onto.axes != "flu")
-    core::fail(core::ErrorKind::Config,
-               "rig {} has axes = \"{}\", and the sensors flu; give the rig axes = \"flu\"",
-               onto.name, onto.axes);
   std::set<std::string> names;
-  for (const auto& sensor : onto.sensors) names.insert(sensor.name);
-  for (const auto& camera : onto.cameras) names.insert(camera.name);
+  for (const sensors::SensorOptions& sensor : onto.sensors) names.insert(sensor.name);
+  for (const CameraOptions& camera : onto.placed_cameras()) names.insert(camera.name);
+  // Angles turn a sensor from FLU whatever the axes; only its place is along them.
+  const Eigen::Matrix3d onto_from_from = onto.rig_from_file().transpose() * from.rig_from_file();
   for (sensors::SensorOptions sensor : from.sensors) {
     const std::string stated = sensor.name;
     for (int number = 2; !names.insert(sensor.name).second; ++number)
       sensor.name = fmt::format("{}_{}", stated, number);
+    if (onto.axes != from.axes && !sensor.offset_mm.empty()) {
+      const Eigen::Vector3d offset_mm =
+          onto_from_from *
+          Eigen::Vector3d(sensor.offset_mm[0], sensor.offset_mm[1], sensor.offset_mm[2]);
+      sensor.offset_mm = {offset_mm.x(), offset_mm.y(), offset_mm.z()};
+    }
     onto.sensors.push_back(std::move(sensor));
   }
   onto.validate();

@@ -138,6 +138,11 @@ geo::Rigid3d transform(const JsonValue& value) {
           .translation = 1e-3 * matrix.topRightCorner<3, 1>()};
 }
 
+/// Of files without it, as Ouster's tools take it: half a turn, and the height of an OS-1's lidar.
+geo::Rigid3d default_sensor_from_lidar() {
+  return {.rotation = Eigen::Quaterniond(0.0, 0.0, 0.0, 1.0), .translation = {0.0, 0.0, 0.03618}};
+}
+
 struct Mode {
   int columns;
   int turns_hz;
@@ -223,8 +228,9 @@ sensors::SensorOptions lidar_of(const Metadata& metadata, const std::string& pro
   if (origin.up_mm != 0.0)
     keys += fmt::format("vertical_mm = [{}]\n",
                         fmt::join(std::vector<double>(elevation_deg.size(), origin.up_mm), ", "));
+  const auto stated = metadata.find("lidar_intrinsics", "lidar_to_sensor_transform");
   return sensor_of_keys(altitudes.where(), keys,
-                        transform(metadata.at("lidar_intrinsics", "lidar_to_sensor_transform")));
+                        stated ? transform(*stated) : default_sensor_from_lidar());
 }
 
 ImportedRig read_ouster(const fs::path& path, const ReadOptions& options) {

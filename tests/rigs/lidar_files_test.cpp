@@ -133,6 +133,13 @@ TEST(Ouster, OldFilesHaveTheOriginOfTheirProduct) {
       0.016721);
 }
 
+/// Ouster Studio stores no more of a sensor than its beams and its mode.
+TEST(Ouster, WithoutItsPlaceALidarStandsAsInAnOS1) {
+  const ImportedRig read = ouster(fmt::format(R"({{{}, "lidar_mode": "512x20"}})", kBeams));
+  expect_ouster_beams(read, 0.012163);
+  EXPECT_EQ(read.rig.sensors.size(), 1U);
+}
+
 TEST(Ouster, AWindowIsTold) {
   expect_told(ouster(flat(R"(, "data_format": {"column_window": [128, 383]})")).ledger,
               {"data_format.column_window", "here all are"});
@@ -219,19 +226,27 @@ TEST(Velodyne, CorrectionsOfMeasurementsAreToldAndWrongFilesRefused) {
   expect(whole, "vert_correction: -0.4, ", "", {"vert_correction", "radians"});
 }
 
+/// Of Ouster's sensor frame: half a turn about z, 36.18 mm up; whatever the axes of the rig's file.
 TEST(LidarFiles, TheirSensorsAreAddedToARigWithACamera) {
   const ImportedRig read = ouster(flat(""));
-  RigOptions rig = shipped_rig("mcs4");
-  const std::size_t before = rig.sensors.size();
-  add_sensors(read.rig, rig);
-  add_sensors(read.rig, rig);
-  ASSERT_EQ(rig.sensors.size(), before + 4);
-  EXPECT_EQ(rig.sensors.back().name, "imu_2");
-  const fs::path file = test_folder("onto") / "rig.toml";
-  core::write_file(file, rig_toml(rig));
-  EXPECT_EQ(rig_toml(read_rig(file)), rig_toml(rig));
-  rig.axes = "rdf";
-  expect_error(ErrorKind::Config, {"axes", "flu"}, [&] { add_sensors(read.rig, rig); });
+  for (const char* name : {"mcs4", "tartan2"}) {  // rdf, flu
+    SCOPED_TRACE(name);
+    RigOptions rig = shipped_rig(name);
+    const std::size_t before = rig.sensors.size();
+    add_sensors(read.rig, rig);
+    add_sensors(read.rig, rig);
+    ASSERT_EQ(rig.sensors.size(), before + 4);
+    EXPECT_EQ(rig.sensors.back().name, "imu_2");
+    const auto mounted = mount_sensors({rig});
+    const geo::Rigid3d& lidar = mounted.at(before).info.rig_from_sensor;
+    EXPECT_LT((lidar * Vector3d(1.0, 2.0, 3.0) - Vector3d(-1.0, -2.0, 3.03618)).norm(), 1e-12);
+    const geo::Rigid3d& imu = mounted.at(before + 1).info.rig_from_sensor;
+    EXPECT_LT((imu * Vector3d(0.0, 0.0, 1.0) - Vector3d(0.006253, -0.011775, 1.007645)).norm(),
+              1e-12);
+    const fs::path file = test_folder("onto") / "rig.toml";
+    core::write_file(file, rig_toml(rig));
+    EXPECT_EQ(rig_toml(read_rig(file)), rig_toml(rig));
+  }
 }
 
 }  // namespace

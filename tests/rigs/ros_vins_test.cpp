@@ -265,10 +265,14 @@ TEST(Vins, NoiseOfSamplesTakesAStatedRate) {
   ASSERT_EQ(with.rig.sensors.size(), 1U);
   EXPECT_EQ(with.rig.sensors[0].rate_hz, 400.0);
   const std::string toml = rig_toml(with.rig);
-  for (const char* line :
-       {"noise_mps2_per_sqrt_hz = 0.005\n", "noise_radps_per_sqrt_hz = 0.001\n",
-        "walk_mps2_per_s_per_sqrt_hz = 0.0001\n", "walk_radps_per_s_per_sqrt_hz = 2e-06\n"})
-    EXPECT_NE(toml.find(line), std::string::npos) << line << toml;
+  const auto stated = [&](const std::string& key) {
+    const std::size_t at = toml.find("\n" + key + " = ");
+    return at == std::string::npos ? -1.0 : std::stod(toml.substr(at + key.size() + 4));
+  };
+  EXPECT_DOUBLE_EQ(stated("noise_mps2_per_sqrt_hz"), 0.005);
+  EXPECT_DOUBLE_EQ(stated("noise_radps_per_sqrt_hz"), 0.001);
+  EXPECT_DOUBLE_EQ(stated("walk_mps2_per_s_per_sqrt_hz"), 1e-4);
+  EXPECT_DOUBLE_EQ(stated("walk_radps_per_s_per_sqrt_hz"), 2e-6);
 }
 
 TEST(Vins, AnEstimatorPlacesItsCameras) {
