@@ -111,7 +111,9 @@ struct FrameScore {
 struct SubjectScore {
   std::string sequence = {};
   std::string camera = {};
-  std::vector<FrameScore> frames = {};         ///< that the truth can judge, in order
+  std::vector<FrameScore> frames = {};  ///< that the truth can judge, in order
+  /// Of a trajectory at its own times: then FrameScore::frame counts these rows, not frames.
+  std::vector<double> row_times_s = {};
   std::vector<std::string> notes = {};         ///< what a reader of the figures must know
   std::vector<CheckResult::Plot> plots = {};   ///< paths from above: true, then found
   std::vector<CheckResult::Plot> curves = {};  ///< each a plot of its own

@@ -89,13 +89,17 @@ std::vector<std::optional<double>> values_of(const Evaluation& evaluation,
 
 Json subject_json(const Evaluation& evaluation, const SubjectScore& subject) {
   Json frames = Json::array();
-  for (const FrameScore& frame : subject.frames)
-    frames.push(Json::object()
-                    .set("frame", frame.frame)
-                    .set("is_answered", frame.is_answered)
+  for (const FrameScore& frame : subject.frames) {
+    Json json = Json::object();
+    if (subject.row_times_s.empty())
+      json.set("frame", frame.frame);
+    else
+      json.set("time_s", subject.row_times_s[static_cast<std::size_t>(frame.frame)]);
+    frames.push(json.set("is_answered", frame.is_answered)
                     .set("truth", frame.num_truth)
                     .set("answered", frame.num_answered)
                     .set("values", values_json(evaluation.measures, values_of(evaluation, frame))));
+  }
   Json found = Json::object();
   for (const auto& [name, value] : subject.found) found.set(name, value);
   return Json::object()
@@ -164,14 +168,17 @@ std::string plots_html(const Evaluation& evaluation, const SubjectScore& subject
   std::string html = "<div class=\"figures\">\n";
   std::vector<double> shown_before;
   for (std::size_t i = 0; i < evaluation.measures.size(); ++i) {
-    CheckResult::Plot plot{.title = evaluation.measures[i].name + " over the frames",
-                           .x_label = "frame",
-                           .y_label = heading(evaluation.measures[i]),
-                           .x = {},
-                           .y = {}};
+    const bool has_rows = !subject.row_times_s.empty();
+    CheckResult::Plot plot{
+        .title = evaluation.measures[i].name + (has_rows ? " over the rows" : " over the frames"),
+        .x_label = has_rows ? "time, s" : "frame",
+        .y_label = heading(evaluation.measures[i]),
+        .x = {},
+        .y = {}};
     for (const FrameScore& frame : subject.frames)
       if (const auto value = values_of(evaluation, frame)[i]) {
-        plot.x.push_back(frame.frame);
+        plot.x.push_back(has_rows ? subject.row_times_s[static_cast<std::size_t>(frame.frame)]
+                                  : frame.frame);
         plot.y.push_back(*value);
       }
     // Of one pose a root of the mean square is the mean: one curve is enough.

@@ -120,17 +120,22 @@ void add_rows(Evaluation& evaluation, Averaging averaging) {
 
 /// What is missing in a result, in words.
 void note_missing(const SubjectScore& subject, std::vector<std::string>& notes) {
-  std::vector<int> missing;
-  for (const FrameScore& frame : subject.frames)
-    if (!frame.is_answered) missing.push_back(frame.frame);
-  if (missing.empty()) return;
+  const bool has_rows = !subject.row_times_s.empty();
   constexpr std::size_t kMostNamed = 8;
-  std::vector<int> named(missing.begin(), missing.begin() + static_cast<std::ptrdiff_t>(std::min(
-                                                                missing.size(), kMostNamed)));
-  notes.push_back(
-      fmt::format("{}, {}: {} of {} frames are missing in the result and in the figures ({}{})",
-                  subject.sequence, subject.camera, missing.size(), subject.frames.size(),
-                  fmt::join(named, ", "), missing.size() > kMostNamed ? ", …" : ""));
+  std::vector<std::string> named;
+  std::size_t num_missing = 0;
+  for (const FrameScore& frame : subject.frames) {
+    if (frame.is_answered || num_missing++ >= kMostNamed) continue;
+    named.push_back(
+        has_rows
+            ? fmt::format("{:.6g} s", subject.row_times_s[static_cast<std::size_t>(frame.frame)])
+            : fmt::format("{}", frame.frame));
+  }
+  if (num_missing == 0) return;
+  notes.push_back(fmt::format(
+      "{}, {}: {} of {} {} are missing in the result and in the figures ({}{})", subject.sequence,
+      subject.camera, num_missing, subject.frames.size(), has_rows ? "rows" : "frames",
+      fmt::join(named, ", "), num_missing > kMostNamed ? ", …" : ""));
 }
 
 /// The frame with the worst first figure.
@@ -346,7 +351,8 @@ Evaluation run_evaluate(const EvaluateOptions& wanted, const fs::path& report_fo
 
   const Worst worst = worst_frame(evaluation);
   std::vector<CheckResult::Picture> pictures;
-  if (worst.frame >= 0) {
+  // A row of a trajectory has no image.
+  if (worst.frame >= 0 && evaluation.subjects[worst.subject].row_times_s.empty()) {
     const Subject& subject = subjects[worst.subject];
     pictures = task->pictures(subject, worst.frame);
     const FrameFiles& files = subject.camera().files[static_cast<std::size_t>(worst.frame)];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <span>
@@ -70,6 +71,12 @@ std::span<const TaskInfo> tasks();
 SubjectScore score_frames(const Task& task, const Subject& subject, int num_expected,
                           core::Progress& progress, const std::function<bool(int)>& has_result,
                           const std::function<FrameScore(int)>& judge);
+
+/// Values of an option that may be repeated: sorted, each once.
+inline void sort_and_unite(std::vector<double>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
 
 /// "depth < 250 m", or that there is no limit.
 std::string limit_text(const char* what, double limit, const char* unit);

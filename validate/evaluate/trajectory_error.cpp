@@ -141,6 +141,26 @@ std::vector<double> path_lengths_m(PosePath truth) {
   return lengths;
 }
 
+std::vector<double> path_lengths_at_m(PosePath frames, std::span<const double> frame_times_s,
+                                      std::span<const double> times_s) {
+  TERRACAST_CHECK(!frames.empty() && frames.size() == frame_times_s.size());
+  const std::vector<double> path_m = path_lengths_m(frames);
+  std::vector<double> lengths_m;
+  for (const double time_s : times_s) {
+    const auto next = static_cast<std::size_t>(
+        std::upper_bound(frame_times_s.begin(), frame_times_s.end(), time_s) -
+        frame_times_s.begin());
+    if (next == 0 || next == frames.size()) {
+      lengths_m.push_back(next == 0 ? 0.0 : path_m.back());
+      continue;
+    }
+    const double share =
+        (time_s - frame_times_s[next - 1]) / (frame_times_s[next] - frame_times_s[next - 1]);
+    lengths_m.push_back(std::lerp(path_m[next - 1], path_m[next], share));
+  }
+  return lengths_m;
+}
+
 TrajectoryErrors trajectory_errors(PosePath truth, PosePath found,
                                    const Similarity& truth_from_found, const StepEnds& ends) {
   TERRACAST_CHECK(truth.size() == found.size() && truth.size() == ends.size());
@@ -166,9 +186,10 @@ TrajectoryErrors trajectory_errors(PosePath truth, PosePath found,
 }
 
 Drift drift_of(PosePath truth, PosePath found, double scale, std::span<const double> times_s,
-               std::span<const double> lengths_m, std::size_t stride) {
-  TERRACAST_CHECK(truth.size() == found.size() && truth.size() == times_s.size() && stride > 0);
-  const std::vector<double> path_m = path_lengths_m(truth);
+               std::span<const double> path_m, std::span<const double> lengths_m,
+               std::size_t stride) {
+  TERRACAST_CHECK(truth.size() == found.size() && truth.size() == times_s.size() &&
+                  truth.size() == path_m.size() && stride > 0);
   std::vector<StepEnds> ends;
   for (const double length_m : lengths_m) ends.push_back(steps_of_length(path_m, length_m));
   Drift drift;
@@ -176,7 +197,11 @@ Drift drift_of(PosePath truth, PosePath found, double scale, std::span<const dou
     for (std::size_t k = 0; k < ends.size(); ++k) {
       if (!ends[k][i]) continue;
       const std::size_t j = *ends[k][i];
-      if (!truth[i] || !truth[j] || !found[i] || !found[j]) {
+      if (!truth[i] || !truth[j]) {
+        ++drift.num_unjudged;
+        continue;
+      }
+      if (!found[i] || !found[j]) {
         ++drift.num_lost;
         continue;
       }

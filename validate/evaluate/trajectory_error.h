@@ -33,6 +33,11 @@ StepEnds steps_of_length(std::span<const double> path_m, double length_m);
 
 /// Length of the true path up to each frame, m, straight from pose to pose.
 std::vector<double> path_lengths_m(PosePath truth);
+/// The same up to each time: between two frames in proportion to time, 0 before the first, all of it
+/// after the last.
+/// frame_times_s  as many as frames, increasing
+std::vector<double> path_lengths_at_m(PosePath frames, std::span<const double> frame_times_s,
+                                      std::span<const double> times_s);
 
 struct TrajectoryErrors {
   /// ATE: distance of each laid position from the true one, m.
@@ -61,12 +66,15 @@ struct DriftSegment {
 struct Drift {
   std::vector<DriftSegment> segments;  ///< by first frame, then length
   std::int64_t num_lost = 0;           ///< segments of which the result lacks an end
+  std::int64_t num_unjudged = 0;       ///< segments of which the truth lacks an end
 };
 
 /// Segments of each length from every `stride`-th frame.
 /// found      no alignment but its scale changes the figures
 /// times_s    one a frame
+/// path_m     length of the true path up to each frame
 Drift drift_of(PosePath truth, PosePath found, double scale, std::span<const double> times_s,
-               std::span<const double> lengths_m, std::size_t stride);
+               std::span<const double> path_m, std::span<const double> lengths_m,
+               std::size_t stride);
 
 }  // namespace terracast::validate

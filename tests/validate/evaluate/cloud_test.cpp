@@ -13,6 +13,7 @@
 #include "tests/support/test_data.h"
 #include "tests/validate/evaluate/wall_flight.h"
 #include "validate/evaluate/cloud_error.h"
+#include "validate/evaluate/cloud_truth.h"
 #include "validate/evaluate/results/cloud_files.h"
 #include "validate/oracle/nearest_points.h"
 
@@ -178,13 +179,27 @@ TEST(CloudFiles, AreReadAsTheirFormatsSay) {
     colmap.put_text("rgb").put(0.5).put(std::uint64_t{1}).put(std::uint64_t{0});
   }
   EXPECT_EQ(points_in(colmap.text, "points3D.bin"), right);
-  EXPECT_EQ(points_in("x,y,z,i\n1.5,-2,3.25,9\n4;5;6\n", "a.csv"), right);
+  EXPECT_EQ(points_in("x,y,z,i\n1.5,-2,3.25,9\n4, 5 ,6,\n", "a.csv"), right);
+  EXPECT_EQ(points_in("1.5;-2;3.25\n4;5;6\n", "a.txt"), right);
   for (const auto& [minor, header, format, size] :
        {std::tuple{0, 227U, 0, 20U}, {2, 227U, 3, 34U}, {3, 235U, 1, 28U}, {4, 375U, 6, 30U}}) {
     const auto points =
         points_in(las(minor, header, format, size, {{1500, -2000, 3250}, {4, 5, 6}}), "a.las");
     ASSERT_EQ(points.size(), 2U);
     EXPECT_LT((points[0] - Vector3d(400'001.5, 399'998.0, 400'003.25)).norm(), 1e-9) << minor;
+  }
+}
+
+/// LAS 1.4, tables 8 and 16: bit 7 of byte 15 of formats 0 to 5, bit 2 of that of formats 6 to 10.
+TEST(CloudFiles, WithheldPointsOfLasAreLeftOutAndCounted) {
+  for (const auto& [minor, header, format, size, bit] :
+       {std::tuple{2, 227U, 3, 34U, 0x80}, {4, 375U, 6, 30U, 0x04}}) {
+    std::string file = las(minor, header, format, size, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+    file[header + size + 15] = static_cast<char>(bit);
+    file[header + 15] = static_cast<char>(0xFF & ~bit);  // all other marks
+    const PointCloud cloud = parse_point_cloud(bytes_of(file), "a.las");
+    EXPECT_EQ(cloud.points.size(), 2U);
+    EXPECT_EQ(cloud.num_withheld, 1);
   }
 }
 
@@ -237,7 +252,28 @@ TEST(CloudFiles, DamageIsRefusedWithTheFilesName) {
   EXPECT_TRUE(refused(las(2, 227, 128 + 1, 28, {{1, 2, 3}}), "a.las"));  // packed
   EXPECT_TRUE(refused(las(5, 375, 6, 30, {{1, 2, 3}}), "a.las"));
   EXPECT_TRUE(refused(las(2, 227, 0, 8, {{1, 2, 3}}), "a.las"));
+  // Less than a point of format 6 needs.
+  EXPECT_TRUE(refused(las(4, 375, 6, 20, {{1, 2, 3}}), "a.las"));
   EXPECT_TRUE(refused("1 2 3\n4 5\n", "a.xyz"));
+  // Cells that are empty, decimal commas, another separator than the first row's, another number.
+  EXPECT_TRUE(refused("1.0,,3.0,255\n", "a.csv"));
+  EXPECT_TRUE(refused("1,5;2,5;3,5\n", "a.csv"));
+  EXPECT_TRUE(refused("1,5 2,5 3,5\n", "a.xyz"));
+  EXPECT_TRUE(refused("1,2,3\n4;5;6\n", "a.csv"));
+  EXPECT_TRUE(refused("1 2 3 4\n1 2 3\n", "a.xyz"));
+  // More than the header counts.
+  EXPECT_TRUE(refused(head + "1\n" + xyz + "end_header\n1 2 3\n4 5 6\n", "a.ply"));
+  EXPECT_TRUE(refused(head + "1\n" + xyz + "element face 0\nend_header\n1 2 3\n4 5 6\n", "a.ply"));
+  EXPECT_FALSE(refused(head + "1\n" + xyz + "end_header\n1 2 3\n \n", "a.ply"));
+  EXPECT_TRUE(refused("ply\nformat binary_little_endian 1.0\nelement vertex 1\n" + xyz +
+                          "end_header\n" + std::string(13, '\0'),
+                      "a.ply"));
+  EXPECT_TRUE(refused(pcd + "DATA ascii\n1 2 3\n4 5 6\n", "a.pcd"));
+  EXPECT_TRUE(refused(pcd + "DATA binary\n" + std::string(24, '\0'), "a.pcd"));
+  EXPECT_FALSE(refused("WIDTH 1\nHEIGHT 1\n" + pcd + "DATA ascii\n1 2 3\n", "a.pcd"));
+  for (const char* const size :
+       {"WIDTH 2\nHEIGHT 1\n", "WIDTH 1\nHEIGHT 0\n", "WIDTH 4294967297\nHEIGHT 4294967297\n"})
+    EXPECT_TRUE(refused(size + pcd + "DATA ascii\n1 2 3\n", "a.pcd")) << size;
   EXPECT_TRUE(refused("1 2 3\n", "a.obj"));
   EXPECT_TRUE(refused("1 2 3\n", "a.laz"));
   EXPECT_TRUE(refused(std::string(8, '\xff'), "points3D.bin"));
@@ -371,6 +407,29 @@ TEST_F(EvaluateCloud, DepthImagesAreATruth) {
   EvaluateOptions near = options(scratch_ / "truth", scratch_ / "wall.xyz");
   near.max_depth_m = 40.0;
   EXPECT_THROW(test::evaluate(near), core::Error);
+}
+
+/// Every second row and column of the wall: of four pixels one is a true point, two are one pixel's width
+/// away, one sqrt(2) of it. So a result of all pixels is (2 + sqrt(2)) / 4 widths off, without an error.
+TEST_F(EvaluateCloud, AThinnedTruthSaysHowFarItsOwnPixelsAre) {
+  test::write_kitti(test::wall_flight(2, 50.0, {0.0, 0.0, 0.0}), scratch_ / "truth");
+  Findings findings;
+  const Dataset dataset = read_dataset(scratch_ / "truth", "", findings);
+  const Subject subject{.dataset = dataset, .sequence = dataset.sequences.front()};
+  EXPECT_TRUE(true_cloud(subject, 100.0).left_out.empty());
+  const TrueCloud thinned =
+      true_cloud(subject, 100.0, 2 * (test::kWallWidth / 2) * (test::kWallHeight / 2));
+  EXPECT_EQ(thinned.points.size(), 2U * (test::kWallWidth / 2) * (test::kWallHeight / 2));
+  ASSERT_EQ(thinned.left_out.size(), 100'000U);
+  const double width_m = 50.0 / test::kWallFocal_px;
+  double sum_m = 0.0;
+  for (const double distance_m : nearest_distances_m(thinned.points, thinned.left_out))
+    sum_m += distance_m;
+  // Four standard errors: the deviation of one distance is 0.52 widths.
+  EXPECT_NEAR(sum_m / 100'000.0, (2.0 + std::sqrt(2.0)) / 4.0 * width_m,
+              4.0 * 0.52 * width_m / std::sqrt(100'000.0));
+  EXPECT_NEAR(share_within(nearest_distances_m(thinned.points, thinned.left_out), 0.5 * width_m),
+              25.0, 4.0 * 100.0 * std::sqrt(0.25 * 0.75 / 100'000.0));
 }
 
 }  // namespace

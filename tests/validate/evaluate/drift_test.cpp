@@ -10,6 +10,7 @@
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 #include "tests/validate/evaluate/wall_flight.h"
+#include "validate/evaluate/results/trajectory_files.h"
 #include "validate/evaluate/truth_between.h"
 
 /// Drift of segments, alignment about the vertical, and the truth between frames: by closed forms, and by
@@ -48,8 +49,8 @@ Matrix3d yaw(double angle_rad) {
 
 TEST(Drift, AWrongScaleIsItsShareOfTheSegment) {
   const Path truth = straight(1001, 1.0);
-  const Drift drift =
-      drift_of(truth, straight(1001, 1.02), 1.0, times_at(1001, 10.0), kKittiLengths_m, 10);
+  const Drift drift = drift_of(truth, straight(1001, 1.02), 1.0, times_at(1001, 10.0),
+                               path_lengths_m(truth), kKittiLengths_m, 10);
   // A segment of L m ends at the first pose beyond: L + 1 steps of a metre, from each tenth pose.
   std::size_t expected = 0;
   for (const double length_m : kKittiLengths_m)
@@ -64,7 +65,8 @@ TEST(Drift, AWrongScaleIsItsShareOfTheSegment) {
   }
   // The scale of an alignment undoes it.
   for (const DriftSegment& segment :
-       drift_of(truth, straight(1001, 1.02), 1.0 / 1.02, times_at(1001, 10.0), kKittiLengths_m, 10)
+       drift_of(truth, straight(1001, 1.02), 1.0 / 1.02, times_at(1001, 10.0),
+                path_lengths_m(truth), kKittiLengths_m, 10)
            .segments)
     EXPECT_LT(segment.translation_m, 1e-9);
 }
@@ -79,8 +81,8 @@ TEST(Drift, AConstantYawRateIsThatOfACircle) {
     found.push_back(Pose{yaw(angle), Vector3d(std::sin(angle) / kYaw_radpm,
                                               (1.0 - std::cos(angle)) / kYaw_radpm, 5.0)});
   }
-  const Drift drift =
-      drift_of(straight(601, 1.0), found, 1.0, times_at(601, 20.0), kKittiLengths_m, 10);
+  const Drift drift = drift_of(straight(601, 1.0), found, 1.0, times_at(601, 20.0),
+                               path_lengths_m(straight(601, 1.0)), kKittiLengths_m, 10);
   ASSERT_FALSE(drift.segments.empty());
   for (const DriftSegment& segment : drift.segments) {
     const double length_m = kKittiLengths_m[segment.length_index] + 1.0;
@@ -97,10 +99,58 @@ TEST(Drift, SegmentsWithALostEndAreCounted) {
   Path found = straight(301, 1.0);
   found[0].reset();
   found[111].reset();  // the end of 100 m from 10
-  const Drift drift =
-      drift_of(straight(301, 1.0), found, 1.0, times_at(301, 10.0), std::vector<double>{100.0}, 10);
-  EXPECT_EQ(drift.num_lost, 2);
-  EXPECT_EQ(drift.segments.size(), 18U);  // from 0 to 190 there are 20
+  Path truth = straight(301, 1.0);
+  const auto drift = [&] {
+    return drift_of(truth, found, 1.0, times_at(301, 10.0), path_lengths_m(straight(301, 1.0)),
+                    std::vector<double>{100.0}, 10);
+  };
+  EXPECT_EQ(drift().num_lost, 2);
+  EXPECT_EQ(drift().num_unjudged, 0);
+  EXPECT_EQ(drift().segments.size(), 18U);  // from 0 to 190 there are 20
+  // An end that the truth lacks is not the result's loss.
+  truth[10].reset();
+  truth[20].reset();
+  EXPECT_EQ(drift().num_lost, 1);
+  EXPECT_EQ(drift().num_unjudged, 2);
+  EXPECT_EQ(drift().segments.size(), 17U);
+}
+
+/// There and back within a gap of the rows: the chord is 0, the path is not.
+TEST(Steps, ThePathBetweenRowsIsThatOfTheFrames) {
+  Path frames = straight(6, 2.0);
+  for (int i = 4; i >= 0; --i) frames.push_back(frames[static_cast<std::size_t>(i)]);
+  EXPECT_EQ(path_lengths_at_m(frames, times_at(11, 1.0),
+                              std::vector<double>{-5.0, 0.0, 0.25, 9.5, 10.0, 12.0}),
+            (std::vector<double>{0.0, 0.0, 0.5, 19.0, 20.0, 20.0}));
+}
+
+TEST(GapsOfRows, AreFilledAtTheRowsMedianInterval) {
+  const std::vector<double> frames_s = times_at(11, 1.0);
+  const auto filled = [&](const std::vector<double>& times_s) {
+    return fill_gaps({times_s, Path(times_s.size(), Pose{Matrix3d::Identity(), Vector3d::Zero()})},
+                     frames_s);
+  };
+  const FilledTrajectory gap = filled({-7.0, 1.0, 1.5, 2.0, 4.25, 4.75, 10.0, 10.5, 30.0});
+  EXPECT_EQ(gap.interval_s, 0.5);
+  EXPECT_EQ(gap.rows.times_s,
+            (std::vector<double>{-7.0, 0.0,  0.5,  1.0,  1.5,  2.0,  2.5,  3.0,  3.5,
+                                 4.0,  4.25, 4.75, 5.25, 5.75, 6.25, 6.75, 7.25, 7.75,
+                                 8.25, 8.75, 9.25, 9.75, 10.0, 10.5, 30.0}));
+  EXPECT_EQ(gap.num_filled, 16);
+  for (std::size_t i = 0; i < gap.rows.times_s.size(); ++i) {
+    const double time_s = gap.rows.times_s[i];
+    EXPECT_EQ(
+        gap.rows.world_from_camera[i].has_value(),
+        testing::Value(time_s, testing::AnyOf(-7.0, 1.0, 1.5, 2.0, 4.25, 4.75, 10.0, 10.5, 30.0)))
+        << time_s;
+  }
+  // Jitter of less than half an interval is no gap; one row lost of a steady rate is one.
+  EXPECT_EQ(filled({0.0, 1.2, 2.0, 3.4, 4.0, 5.0, 6.4, 7.0, 8.0, 9.0, 10.0}).num_filled, 0);
+  EXPECT_EQ(filled({0.0, 1.0, 2.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0}).num_filled, 1);
+  // Rows all elsewhere are left to those who compare; hostile times end.
+  EXPECT_EQ(filled({1e9, 1e9 + 1.0}).num_filled, 0);
+  EXPECT_EQ(filled({-1e300, 5.0, 1e300}).num_filled, 10);
+  EXPECT_LE(filled({4.0, 4.0 + 1e-12, 4.0 + 2e-12}).num_filled, 1'000'000);
 }
 
 TEST(Steps, OfALengthEndBeyondIt) {
@@ -329,7 +379,8 @@ TEST_F(EvaluateDrift, RowsBetweenFramesAreComparedAtTheirOwnTimes) {
   EXPECT_GT(evaluation.rows.back().num_answered_frames, 400);
   EXPECT_THAT(test::notes_of(evaluation),
               HasSubstr("of 560 rows are compared, at their own times"));
-  EXPECT_THAT(test::notes_of(evaluation), HasSubstr("frames are outside"));
+  // To the last frame, at 5.9 s, 13 rows are lacking, most of them where no truth is known.
+  EXPECT_THAT(test::notes_of(evaluation), HasSubstr("13 more would fill its gaps"));
   // As rows of frames they are up to 5 ms late, 0.08 m, and that is said.
   own.is_at_result_times = false;
   const Evaluation nearest = test::evaluate(own);
@@ -346,13 +397,65 @@ TEST_F(EvaluateDrift, RowsBetweenFramesAreComparedAtTheirOwnTimes) {
   EXPECT_THROW(test::evaluate(own), core::Error);  // no times
 }
 
+/// Rows of 1 s at each end of the flight: what lies between is missing, no step and no segment crosses it.
+TEST_F(EvaluateDrift, AGapOfTheRowsIsMissingAndNotBridged) {
+  // Rows at frames' own times have a truth to the last bit; 10 Hz.
+  const std::vector<double> times_s = times_at(kFrames, 10.0);
+  Path rows;
+  std::vector<double> rows_s;
+  for (std::size_t i = 0; i < kFrames; ++i)
+    if (i < 10 || i >= 50) {
+      rows.push_back(truth_[i]);
+      rows_s.push_back(times_s[i]);
+    }
+  core::write_file(scratch_ / "gap.txt", tum_text(rows, rows_s));
+  EvaluateOptions own = options(scratch_ / "gap.txt");
+  own.is_at_result_times = true;
+  own.drift_lengths_m = {10.0, 10.0, 40.0};
+  own.drift_stride_frames = 1;
+  const fs::path report = scratch_ / "report";
+  const Evaluation at_rows = test::evaluate(own, report);
+  EXPECT_EQ(at_rows.rows.back().num_answered_frames, 20);
+  EXPECT_EQ(at_rows.rows.back().num_frames, kFrames);
+  EXPECT_THAT(test::notes_of(at_rows), HasSubstr("40 of 60 rows are missing"));
+  EXPECT_THAT(test::notes_of(at_rows), HasSubstr("(1 s, 1.1 s, "));
+  const core::Json json = core::Json::read(report / "report.json");
+  EXPECT_NEAR(json.at("subjects").at(0).at("frames").at(59).at("time_s").number(), 5.9, 1e-12);
+  // The same poses by frames have the same steps, segments and lost ends.
+  own.is_at_result_times = false;
+  const Evaluation at_frames = test::evaluate(own);
+  EXPECT_EQ(at_rows.subjects[0].found, at_frames.subjects[0].found);
+  std::int64_t num_steps = 0;
+  for (const FrameScore& frame : at_rows.subjects[0].frames) num_steps += frame.sums[2].count;
+  EXPECT_EQ(num_steps, 18);
+  EXPECT_THAT(test::notes_of(at_rows), HasSubstr("segments have an end without pose"));
+  // A length given twice counts once.
+  std::size_t num_keys = 0;
+  for (const auto& [name, value] : at_rows.subjects[0].found)
+    num_keys += name == "t_rel of 10 m" ? 1 : 0;
+  EXPECT_EQ(num_keys, 1U);
+}
+
+/// A long path of which all ends are lost is not called short.
+TEST_F(EvaluateDrift, LostEndsAreNotAShortPath) {
+  const std::vector<double> times_s = times_at(kFrames, 10.0);
+  const Path start(truth_.begin(), truth_.begin() + 5);
+  core::write_file(scratch_ / "start.txt", tum_text(start, {times_s.begin(), times_s.begin() + 5}));
+  EvaluateOptions own = options(scratch_ / "start.txt");
+  own.drift_lengths_m = {40.0};
+  const Evaluation evaluation = test::evaluate(own);
+  EXPECT_THAT(test::notes_of(evaluation), HasSubstr("segments have an end without pose"));
+  EXPECT_THAT(test::notes_of(evaluation), testing::Not(HasSubstr("--drift-length-m")));
+}
+
 TEST_F(EvaluateDrift, AShortPathHasNoSegmentsAndSaysSo) {
   core::write_file(scratch_ / "says.txt", tum_text(found_, times_at(kFrames, 10.0)));
   EvaluateOptions own = options(scratch_ / "says.txt");
   own.drift_lengths_m = {800.0, 500.0};
   const Evaluation evaluation = test::evaluate(own);
   EXPECT_EQ(test::figure(evaluation, "t_rel"), -1.0);  // nothing
-  EXPECT_THAT(test::notes_of(evaluation), HasSubstr("no segment of 500 m could be compared"));
+  EXPECT_THAT(test::notes_of(evaluation),
+              HasSubstr("m, has no segment of 500 m (--drift-length-m)"));
   EXPECT_THAT(test::notes_of(evaluation), HasSubstr("not scaled; sim3 would scale by 1.1"));
 }
 

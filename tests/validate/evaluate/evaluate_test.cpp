@@ -159,6 +159,31 @@ TEST(EvaluateCommand, PrintsTheTableAndEndsAsItShould) {
   EXPECT_THAT(damaged.output, HasSubstr("while scoring 00, image_2, frame 1"));
 }
 
+TEST(EvaluateCommand, ScoresCloudsAtTheDistancesAndWithinTheBoundsThatItNames) {
+  const ScratchFolder scratch;
+  const std::string truth = (scratch / "is.xyz").string(), result = (scratch / "says.xyz").string();
+  core::write_file(truth, "0 0 0\n1 0 0\n2 0 0\n");
+  core::write_file(result, "0 0 0.5\n1 0 0.5\n9 0 0\n");
+  const auto ran = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words{"evaluate", "--task",   "cloud", "--truth",
+                                   truth,      "--result", result,  "-q"};
+    words.insert(words.end(), options.begin(), options.end());
+    return test::run_program(words);
+  };
+  const auto usual = ran({});
+  EXPECT_EQ(usual.status, 0) << usual.output;
+  EXPECT_THAT(usual.output, HasSubstr("right within 0.1, 0.25, 1 m"));
+  EXPECT_THAT(usual.output, HasSubstr("1 points of the result"));  // beyond the true bounds
+  const auto own =
+      ran({"--distance-m", "0.5", "--distance-m", "8", "--distance-m", "0.5", "--crop", "none"});
+  EXPECT_EQ(own.status, 0) << own.output;
+  EXPECT_THAT(own.output, HasSubstr("all points"));
+  EXPECT_THAT(own.output, HasSubstr("right within 0.5, 8 m"));
+  EXPECT_THAT(own.output, HasSubstr("66.6667"));  // two of three within 0.5 m
+  EXPECT_EQ(ran({"--distance-m", "0"}).status, 2);
+  EXPECT_EQ(ran({"--crop", "half"}).status, 2);
+}
+
 fs::path baseline_program() {
   return fs::path(TERRACAST_PROGRAM).parent_path() / "terracast_baseline";
 }

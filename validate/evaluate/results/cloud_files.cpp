@@ -10,7 +10,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -134,8 +133,17 @@ double place_number(std::string_view word, const std::string& where) {
   return parse_number(word, where);
 }
 
-void take_text_rows(std::string_view text, const PlaceColumns& columns, std::uint64_t num_rows,
-                    const std::string& name, PointCloud& cloud) {
+/// Refuses a file whose header counts fewer points than it holds.
+void check_all_is_taken(std::size_t num_bytes_left, std::uint64_t num_points,
+                        const std::string& name) {
+  if (num_bytes_left > 0)
+    fail(ErrorKind::Input, "{}: {} bytes behind the {} points that its header counts", name,
+         num_bytes_left, num_points);
+}
+
+/// Takes rows; returns the bytes behind them, blanks not counted.
+std::size_t take_text_rows(std::string_view text, const PlaceColumns& columns,
+                           std::uint64_t num_rows, const std::string& name, PointCloud& cloud) {
   std::uint64_t row = 0;
   while (row < num_rows) {
     const std::size_t end = text.find('\n');
@@ -153,11 +161,14 @@ void take_text_rows(std::string_view text, const PlaceColumns& columns, std::uin
         name, row, cloud);
     ++row;
   }
+  const std::size_t behind = text.find_first_not_of(" \t\r\n");
+  return behind == std::string_view::npos ? 0 : text.size() - behind;
 }
 
-void take_binary_rows(std::span<const std::byte> bytes, const PlaceColumns& columns,
-                      std::uint64_t num_rows, bool is_swapped, const std::string& name,
-                      PointCloud& cloud) {
+/// Takes rows; returns the bytes behind them.
+std::size_t take_binary_rows(std::span<const std::byte> bytes, const PlaceColumns& columns,
+                             std::uint64_t num_rows, bool is_swapped, const std::string& name,
+                             PointCloud& cloud) {
   if (columns.row_bytes == 0 || num_rows > bytes.size() / columns.row_bytes)
     fail(ErrorKind::Input, "{}: truncated: {} bytes for {} points of {} bytes", name, bytes.size(),
          num_rows, columns.row_bytes);
@@ -170,6 +181,7 @@ void take_binary_rows(std::span<const std::byte> bytes, const PlaceColumns& colu
           columns.types[axis].read(at + columns.offsets[axis], is_swapped);
     add_point(point, name, row, cloud);
   }
+  return bytes.size() - num_rows * columns.row_bytes;
 }
 
 std::string_view text_of(std::span<const std::byte> bytes) {
@@ -220,7 +232,7 @@ PointCloud ply_cloud(std::span<const std::byte> bytes, const std::string& name) 
         // Rows before the vertices would have to be skipped; no program writes them.
         if (!has_points)
           fail(ErrorKind::Input, "{}: its element {} stands before vertex", name, element);
-        cloud.unused.push_back(fmt::format("{} of {}", count, element));
+        if (count > 0) cloud.unused.push_back(fmt::format("{} of {}", count, element));
       } else {
         if (has_points) fail(ErrorKind::Input, "{}: two elements vertex", name);
         has_points = true;
@@ -238,13 +250,16 @@ PointCloud ply_cloud(std::span<const std::byte> bytes, const std::string& name) 
   if (!has_points) fail(ErrorKind::Input, "{}: no element vertex", name);
   check_point_count(num_points, name);
   columns.check(name);
+  std::size_t num_left = 0;
   if (format == "ascii")
-    take_text_rows(header.rest, columns, num_points, name, cloud);
+    num_left = take_text_rows(header.rest, columns, num_points, name, cloud);
   else if (format == "binary_little_endian" || format == "binary_big_endian")
-    take_binary_rows(bytes.last(header.rest.size()), columns, num_points,
-                     format == "binary_big_endian", name, cloud);
+    num_left = take_binary_rows(bytes.last(header.rest.size()), columns, num_points,
+                                format == "binary_big_endian", name, cloud);
   else
     fail(ErrorKind::Input, "{}: its format is \"{}\", not ascii or binary", name, format);
+  // Rows of further elements stand behind the points.
+  if (cloud.unused.empty()) check_all_is_taken(num_left, num_points, name);
   return cloud;
 }
 
@@ -280,15 +295,25 @@ PointCloud pcd_cloud(std::span<const std::byte> bytes, const std::string& name) 
   columns.check(name);
   const std::uint64_t num_points = header_count(part("POINTS").front(), name);
   check_point_count(num_points, name);
+  if (parts.contains("WIDTH") && parts.contains("HEIGHT")) {
+    const std::uint64_t width = header_count(part("WIDTH").front(), name),
+                        height = header_count(part("HEIGHT").front(), name);
+    if (height == 0 ? num_points > 0 : num_points / height != width || num_points % height != 0)
+      fail(ErrorKind::Input, "{}: {} points, but WIDTH {} and HEIGHT {}", name, num_points, width,
+           height);
+  }
+  std::size_t num_left = 0;
   if (data == "ascii")
-    take_text_rows(header.rest, columns, num_points, name, cloud);
+    num_left = take_text_rows(header.rest, columns, num_points, name, cloud);
   else if (data == "binary")
-    take_binary_rows(bytes.last(header.rest.size()), columns, num_points, false, name, cloud);
+    num_left =
+        take_binary_rows(bytes.last(header.rest.size()), columns, num_points, false, name, cloud);
   else
     fail(ErrorKind::Input,
          "{}: DATA {}; ascii and binary are read: pcl_convert_pcd_ascii_binary "
          "writes them",
          name, data);
+  check_all_is_taken(num_left, num_points, name);
   return cloud;
 }
 
@@ -316,9 +341,13 @@ PointCloud las_cloud(std::span<const std::byte> bytes, const std::string& name) 
     if (num_long > 0) num_points = num_long;
   }
   check_point_count(num_points, name);
-  if (begin > bytes.size() || row_bytes < 12)
-    fail(ErrorKind::Input, "{}: its points begin at byte {} of {}, {} bytes each", name, begin,
-         bytes.size(), row_bytes);
+  // Bytes of a point of formats 0 to 10, by LAS 1.4.
+  static constexpr std::array<std::size_t, 11> kLeastRow{20, 28, 26, 34, 57, 63,
+                                                         30, 36, 38, 59, 67};
+  if (begin > bytes.size() || row_bytes < kLeastRow[static_cast<std::size_t>(format)])
+    fail(ErrorKind::Input,
+         "{}: its points begin at byte {} of {}, {} bytes each; those of format {} have {}", name,
+         begin, bytes.size(), row_bytes, format, kLeastRow[static_cast<std::size_t>(format)]);
   if (num_points > (bytes.size() - begin) / row_bytes)
     fail(ErrorKind::Input, "{}: truncated: {} bytes for {} points of {} bytes", name,
          bytes.size() - begin, num_points, row_bytes);
@@ -332,7 +361,13 @@ PointCloud las_cloud(std::span<const std::byte> bytes, const std::string& name) 
   if (!scale.allFinite() || !offset.allFinite() || (scale.array() == 0.0).any())
     fail(ErrorKind::Input, "{}: scales ({}, {}, {}) or offsets are not right", name, scale.x(),
          scale.y(), scale.z());
+  // The bit "withheld" of byte 15; LAS 1.0 knows no such bit.
+  const int withheld = format >= 6 ? 0x04 : minor >= 1 ? 0x80 : 0;
   for (std::uint64_t i = 0; i < num_points; ++i) {
+    if ((at(begin + i * row_bytes + 15, std::uint8_t{}) & withheld) != 0) {
+      ++cloud.num_withheld;
+      continue;
+    }
     Eigen::Vector3d point;
     for (Eigen::Index axis = 0; axis < 3; ++axis)
       point[axis] = at(begin + i * row_bytes + 4 * static_cast<std::size_t>(axis), std::int32_t{}) *
@@ -370,31 +405,49 @@ PointCloud colmap_binary_cloud(std::span<const std::byte> bytes, const std::stri
   return cloud;
 }
 
-/// Rows of text whose places begin at a word. A first row of names is a head.
-PointCloud text_cloud(std::span<const std::byte> bytes, std::size_t first_word, const char* form,
-                      const std::string& name) {
+/// What parts the cells of a text, as its first row shows.
+char separator_of(std::string_view row) {
+  for (const char separator : {';', ','})
+    if (row.find(separator) != std::string_view::npos) return separator;
+  return ' ';
+}
+
+std::vector<std::string_view> cells_of(std::string_view row, char separator) {
+  if (separator == ' ') return split_blanks(row);
+  std::vector<std::string_view> cells = split_at(row, separator);
+  for (std::string_view& cell : cells) cell = trimmed(cell);
+  return cells;
+}
+
+/// Rows of text whose places begin at a cell. A first row of names is a head.
+/// is_table  all rows have as many cells
+PointCloud text_cloud(std::span<const std::byte> bytes, std::size_t first_cell, bool is_table,
+                      const char* form, const std::string& name) {
   PointCloud cloud{.form = form};
   std::string_view text = text_of(bytes);
   std::uint64_t number = 0;
-  bool may_be_head = true;
+  std::size_t num_cells = 0;
+  char separator = '\0';
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
-    std::string line(trimmed(text.substr(0, end)));
+    const std::string_view line = trimmed(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     ++number;
     if (line.empty() || line.starts_with('#') || line.starts_with("//")) continue;
-    for (char& c : line)
-      if (c == ',' || c == ';') c = ' ';
-    const auto words = split_blanks(line);
+    const bool is_first = separator == '\0';
+    if (is_first) separator = is_table ? separator_of(line) : ' ';
+    const std::vector<std::string_view> cells = cells_of(line, separator);
+    if (is_first && !cells.empty() && (cells[0] == "x" || cells[0] == "X")) continue;
     const std::string where = fmt::format("{}:{}", name, number);
-    const bool is_head =
-        std::exchange(may_be_head, false) && !words.empty() && (words[0] == "x" || words[0] == "X");
-    if (is_head) continue;
-    if (words.size() < first_word + 3)
-      fail(ErrorKind::Input, "{}: {} values where x, y, z should be", where, words.size());
+    if (cells.size() < first_cell + 3)
+      fail(ErrorKind::Input, "{}: {} values where x, y, z should be", where, cells.size());
+    if (num_cells == 0) num_cells = cells.size();
+    if (is_table && cells.size() != num_cells)
+      fail(ErrorKind::Input, "{}: {} values; the rows before it have {}", where, cells.size(),
+           num_cells);
     check_point_count(cloud.points.size() + 1, name);
-    add_point({place_number(words[first_word], where), place_number(words[first_word + 1], where),
-               place_number(words[first_word + 2], where)},
+    add_point({place_number(cells[first_cell], where), place_number(cells[first_cell + 1], where),
+               place_number(cells[first_cell + 2], where)},
               name, cloud.points.size(), cloud);
   }
   return cloud;
@@ -406,12 +459,12 @@ PointCloud cloud_by_name(std::span<const std::byte> bytes, const std::string& na
   std::transform(end.begin(), end.end(), end.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (path.filename() == "points3D.bin") return colmap_binary_cloud(bytes, name);
-  if (path.filename() == "points3D.txt") return text_cloud(bytes, 1, "COLMAP", name);
+  if (path.filename() == "points3D.txt") return text_cloud(bytes, 1, false, "COLMAP", name);
   if (end == ".ply") return ply_cloud(bytes, name);
   if (end == ".pcd") return pcd_cloud(bytes, name);
   if (end == ".las") return las_cloud(bytes, name);
   if (end == ".xyz" || end == ".txt" || end == ".csv" || end == ".asc")
-    return text_cloud(bytes, 0, "xyz", name);
+    return text_cloud(bytes, 0, true, "xyz", name);
   fail(ErrorKind::Input,
        "{}: clouds are .ply, .pcd, .las, .xyz, .txt, .csv, .asc, or COLMAP's points3D.txt and "
        "points3D.bin{}",

@@ -261,6 +261,58 @@ TimedTrajectory read_timed_trajectory(const fs::path& file, double time_offset_s
   return trajectory;
 }
 
+FilledTrajectory fill_gaps(const TimedTrajectory& trajectory,
+                           std::span<const double> frame_times_s) {
+  constexpr double kLongest = 1.5, kMostFilled = 1e6;
+  const std::vector<double>& times_s = trajectory.times_s;
+  FilledTrajectory filled;
+  const auto begin = frame_times_s.empty()
+                         ? times_s.end()
+                         : std::lower_bound(times_s.begin(), times_s.end(), frame_times_s.front());
+  const auto end =
+      frame_times_s.empty() ? begin : std::upper_bound(begin, times_s.end(), frame_times_s.back());
+  if (begin == end || frame_times_s.size() < 2) {
+    filled.rows = trajectory;
+    return filled;
+  }
+  const double first_s = frame_times_s.front(), last_s = frame_times_s.back();
+  std::vector<double> intervals_s;
+  for (auto row = begin + 1; row < end; ++row) intervals_s.push_back(*row - *(row - 1));
+  if (intervals_s.empty())
+    intervals_s.push_back((last_s - first_s) / static_cast<double>(frame_times_s.size() - 1));
+  const auto median = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
+  std::nth_element(intervals_s.begin(), median, intervals_s.end());
+  filled.interval_s = *median;
+  const double step_s = std::max(filled.interval_s, (last_s - first_s) / kMostFilled);
+
+  const auto add_lacking = [&](double time_s) {
+    filled.rows.times_s.push_back(time_s);
+    filled.rows.world_from_camera.emplace_back();
+    ++filled.num_filled;
+  };
+  const auto add_rows = [&](auto from, auto to) {
+    for (auto row = from; row < to; ++row) {
+      filled.rows.times_s.push_back(*row);
+      filled.rows.world_from_camera.push_back(
+          trajectory.world_from_camera[static_cast<std::size_t>(row - times_s.begin())]);
+    }
+  };
+  add_rows(times_s.begin(), begin);
+  for (auto k = static_cast<std::int64_t>((*begin - first_s) / step_s); k > 0; --k)
+    if (const double time_s = *begin - static_cast<double>(k) * step_s; time_s >= first_s)
+      add_lacking(time_s);
+  for (auto row = begin; row < end; ++row) {
+    add_rows(row, row + 1);
+    const bool is_last = row + 1 == end;
+    if (!is_last && *(row + 1) - *row <= kLongest * step_s) continue;
+    const double until_s = is_last ? last_s : *(row + 1) - 0.5 * step_s;
+    for (std::int64_t k = 1; *row + static_cast<double>(k) * step_s <= until_s; ++k)
+      add_lacking(*row + static_cast<double>(k) * step_s);
+  }
+  add_rows(end, times_s.end());
+  return filled;
+}
+
 ResultTrajectory read_trajectory(const fs::path& file, const Subject& subject, double time_offset_s,
                                  double max_time_difference_s) {
   ResultTrajectory trajectory;

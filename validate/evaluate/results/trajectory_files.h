@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,11 +41,24 @@ ResultTrajectory read_trajectory(const std::filesystem::path& file, const Subjec
 /// A trajectory at its own times.
 struct TimedTrajectory {
   std::vector<double> times_s;                         ///< from the first frame, increasing
-  std::vector<std::optional<Pose>> world_from_camera;  ///< one a time; all are there
+  std::vector<std::optional<Pose>> world_from_camera;  ///< one a time
 };
 /// Rows of TUM's form, whatever their rate.
 /// throws  Input: damage, another form, or times that do not increase
 TimedTrajectory read_timed_trajectory(const std::filesystem::path& file, double time_offset_s);
+
+/// A trajectory with a row without pose for each that it lacks.
+struct FilledTrajectory {
+  TimedTrajectory rows;
+  double interval_s = 0.0;      ///< the median of the rows within the frames' times
+  std::int64_t num_filled = 0;  ///< rows added
+};
+/// Rows are lacking in gaps of more than 1.5 median intervals, and from the first frame to the first row
+/// and from the last row to the last frame; they are added at that interval, or at a millionth of the
+/// frames' time if that is longer. Rows beyond the frames stay as they are.
+/// frame_times_s  increasing
+FilledTrajectory fill_gaps(const TimedTrajectory& trajectory,
+                           std::span<const double> frame_times_s);
 
 /// Times of the frames, s from the first: the format's own, else frame / rate.
 std::vector<double> frame_times_s(const Sequence& sequence);

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 #include "validate/evaluate/cloud_error.h"
@@ -10,6 +11,7 @@
 #include "validate/evaluate/results/cloud_files.h"
 #include "validate/evaluate/task.h"
 #include "validate/evaluate/truth.h"
+#include "validate/oracle/nearest_points.h"
 
 /// Clouds of points: accuracy (from the result to the truth), completeness (from the truth to the result),
 /// Chamfer distance, and precision, recall and their F-score at distances, as Knapitsch et al. (SIGGRAPH
@@ -34,7 +36,7 @@ class CloudTask : public Task {
  public:
   explicit CloudTask(const EvaluateOptions& options)
       : options_(options), max_depth_m_(options.max_depth_m.value_or(100.0)) {
-    std::sort(options_.cloud_distances_m.begin(), options_.cloud_distances_m.end());
+    sort_and_unite(options_.cloud_distances_m);
   }
 
   std::vector<Measure> measures() const override {
@@ -78,6 +80,7 @@ class CloudTask : public Task {
                  "{}: no depth of {} is within the limit ({}); --max-depth-m 0 lifts it",
                  subject.dataset.root.string(), score.camera,
                  limit_text("depth", max_depth_m_, "m"));
+    note_floor(truth, score);
     const Eigen::AlignedBox3d true_box = box_of(truth.points), result_box = box_of(result.points);
     const CroppedClouds clouds = crop_clouds(std::move(truth.points), std::move(result.points),
                                              options_.crop, options_.cloud_distances_m.back());
@@ -139,9 +142,36 @@ class CloudTask : public Task {
     if (result.num_invalid > 0)
       score.notes.push_back(
           fmt::format("{}: {} points are NaN and left out", file.string(), result.num_invalid));
+    if (result.num_withheld > 0)
+      score.notes.push_back(fmt::format("{}: {} points are marked as withheld and left out",
+                                        file.string(), result.num_withheld));
     for (const std::string& part : result.unused)
       score.notes.push_back(
           fmt::format("{}: {} are not used: its points alone count", file.string(), part));
+  }
+
+  /// What a result without any error would score, as not all true pixels are in the true cloud.
+  void note_floor(const TrueCloud& truth, SubjectScore& score) const {
+    if (truth.left_out.empty()) return;
+    const std::vector<double> distances_m = nearest_distances_m(truth.points, truth.left_out);
+    Sum mean, squares;
+    for (const double distance_m : distances_m) {
+      add(mean, distance_m);
+      add(squares, distance_m * distance_m);
+    }
+    score.found.emplace_back("accuracy of the truth", mean_of(mean));
+    score.found.emplace_back("accuracy RMS of the truth", std::sqrt(mean_of(squares)));
+    std::vector<std::string> shares;
+    for (const double most_m : options_.cloud_distances_m) {
+      const double percent = share_within(distances_m, most_m);
+      score.found.emplace_back(fmt::format("precision {} m of the truth", most_m), percent);
+      shares.push_back(fmt::format("{:.2f} % within {} m", percent, most_m));
+    }
+    score.notes.push_back(fmt::format(
+        "{}, {}: {} pixels drawn from the same depth images are {:.4g} m from the true cloud on "
+        "average (RMS {:.4g} m), {}: as far as a result without error would be",
+        score.sequence, score.camera, distances_m.size(), mean_of(mean),
+        std::sqrt(mean_of(squares)), fmt::join(shares, ", ")));
   }
 
   static void note_crop(const CroppedClouds& clouds, SubjectScore& score) {

@@ -34,6 +34,7 @@ enum Index {
 struct ComparedPaths {
   std::vector<std::optional<Pose>> truth, found;
   std::vector<double> times_s;
+  std::vector<double> path_m;  ///< length of the true path up to each
   std::string form;
   std::vector<std::string> notes;
 };
@@ -45,28 +46,37 @@ ComparedPaths paths_at_frames(const std::filesystem::path& file, const Subject& 
   return {.truth = subject.camera().local_from_camera,
           .found = std::move(result.world_from_camera),
           .times_s = frame_times_s(subject.sequence),
+          .path_m = path_lengths_m(subject.camera().local_from_camera),
           .form = std::move(result.form),
           .notes = std::move(result.notes)};
 }
 
-/// At the result's own times. Rows that no truth can judge are left out and told.
+/// At the result's own times. Rows that no truth can judge are left out; those that the result lacks count
+/// as missing.
 ComparedPaths paths_at_result_times(const std::filesystem::path& file, const Subject& subject,
                                     const EvaluateOptions& options) {
   constexpr double kMostLeftOut_deg = 0.01;
-  TimedTrajectory result = read_timed_trajectory(file, options.time_offset_s);
+  const PosePath frames = subject.camera().local_from_camera;
+  const std::vector<double> frames_s = frame_times_s(subject.sequence);
+  FilledTrajectory result = fill_gaps(read_timed_trajectory(file, options.time_offset_s), frames_s);
+  std::vector<double>& times_s = result.rows.times_s;
+  std::vector<std::optional<Pose>>& found = result.rows.world_from_camera;
   TruthAtTimes truth = core::with_context(
       [&] {
-        return truth_at_times(subject.camera().local_from_camera, frame_times_s(subject.sequence),
-                              result.times_s, options.max_truth_error_m, kMostLeftOut_deg);
+        return truth_at_times(frames, frames_s, times_s, options.max_truth_error_m,
+                              kMostLeftOut_deg);
       },
       "the truth between frames of " + subject.sequence.name);
-  const auto num_rows = static_cast<std::int64_t>(result.times_s.size());
-  const std::int64_t num_matched = num_rows - truth.num_outside - truth.num_inexact;
+  std::int64_t num_matched = 0, num_missing = 0;
+  for (std::size_t i = 0; i < times_s.size(); ++i)
+    if (truth.poses[i]) ++(found[i] ? num_matched : num_missing);
+  // Rows that were added lie between the frames: all outside are the file's.
+  const std::int64_t num_rows = static_cast<std::int64_t>(times_s.size()) - result.num_filled;
   const std::string why = fmt::format(
       "{} outside the frames' times, {} where the truth between frames is not known to {:.4g} m "
-      "and "
-      "{} deg (--max-truth-error-m)",
-      truth.num_outside, truth.num_inexact, options.max_truth_error_m, kMostLeftOut_deg);
+      "and {} deg (--max-truth-error-m)",
+      truth.num_outside, num_rows - num_matched - truth.num_outside, options.max_truth_error_m,
+      kMostLeftOut_deg);
   if (num_matched == 0)
     core::fail(
         core::ErrorKind::Input,
@@ -74,33 +84,25 @@ ComparedPaths paths_at_result_times(const std::filesystem::path& file, const Sub
         "frames",
         file.string(), num_rows, why);
   ComparedPaths paths{.truth = std::move(truth.poses),
-                      .found = std::move(result.world_from_camera),
-                      .times_s = std::move(result.times_s),
+                      .found = std::move(found),
+                      .times_s = std::move(times_s),
+                      .path_m = {},
                       .form = "TUM",
                       .notes = {}};
+  paths.path_m = path_lengths_at_m(frames, frames_s, paths.times_s);
   paths.notes.push_back(
       fmt::format("{}: {} of {} rows are compared, at their own times; unmatched: {}",
                   file.string(), num_matched, num_rows, why));
+  if (result.num_filled > 0)
+    paths.notes.push_back(fmt::format(
+        "{}: rows are {:.4g} s apart (median); {} more would fill its gaps from the first frame to "
+        "the last: {} where the truth is known count as missing",
+        file.string(), result.interval_s, result.num_filled, num_missing));
   if (truth.worst_left_out_m > 0.0)
     paths.notes.push_back(
         fmt::format("{}: frames around them, predicted without themselves from steps twice as "
-                    "long, are off by at "
-                    "most {:.3g} m and {:.3g} deg",
+                    "long, are off by at most {:.3g} m and {:.3g} deg",
                     file.string(), truth.worst_left_out_m, truth.worst_left_out_deg));
-  double first_s = paths.times_s.back(), last_s = paths.times_s.front();
-  for (std::size_t i = 0; i < paths.times_s.size(); ++i)
-    if (paths.truth[i]) {
-      first_s = std::min(first_s, paths.times_s[i]);
-      last_s = std::max(last_s, paths.times_s[i]);
-    }
-  const std::vector<double> frames_s = frame_times_s(subject.sequence);
-  const auto num_uncovered = std::count_if(frames_s.begin(), frames_s.end(), [&](double time_s) {
-    return time_s < first_s - kSameTime_s || time_s > last_s + kSameTime_s;
-  });
-  if (num_uncovered > 0)
-    paths.notes.push_back(
-        fmt::format("{}: compared rows run from {:.6g} to {:.6g} s; {} of {} frames are outside",
-                    file.string(), first_s, last_s, num_uncovered, frames_s.size()));
   return paths;
 }
 
@@ -143,7 +145,7 @@ class TrajectoryTask : public Task {
  public:
   explicit TrajectoryTask(const EvaluateOptions& options)
       : options_(options), alignment_(options.align.value_or(Alignment::Se3)) {
-    std::sort(options_.drift_lengths_m.begin(), options_.drift_lengths_m.end());
+    sort_and_unite(options_.drift_lengths_m);
   }
 
   std::vector<Measure> measures() const override {
@@ -186,6 +188,7 @@ class TrajectoryTask : public Task {
                            fmt::format("laying {} on the truth", file.string()));
     SubjectScore score{.sequence = subject.sequence.name, .camera = subject.camera().name};
     score.notes = paths.notes;
+    if (options_.is_at_result_times) score.row_times_s = paths.times_s;
     score.notes.push_back(fmt::format("{}, {}: poses of that camera from {}, as {} writes them",
                                       subject.sequence.name, subject.camera().name,
                                       file.filename().string(), paths.form));
@@ -215,7 +218,7 @@ class TrajectoryTask : public Task {
     const auto& truth = paths.truth;
     const StepEnds ends =
         options_.rpe_delta_m
-            ? steps_of_length(path_lengths_m(truth), *options_.rpe_delta_m)
+            ? steps_of_length(paths.path_m, *options_.rpe_delta_m)
             : steps_of_frames(truth.size(), static_cast<std::size_t>(options_.rpe_delta_frames));
     const TrajectoryErrors errors = trajectory_errors(truth, paths.found, laid, ends);
     CheckResult::Plot true_map{.title = "the true positions",
@@ -254,20 +257,30 @@ class TrajectoryTask : public Task {
     add_statistics("RPE turn", errors.step_deg, score);
   }
 
+  /// Why segments are not in the drift.
+  void note_drift(const Drift& drift, double path_m, SubjectScore& score) const {
+    const std::int64_t num_segments =
+        static_cast<std::int64_t>(drift.segments.size()) + drift.num_lost + drift.num_unjudged;
+    if (num_segments == 0)
+      score.notes.push_back(
+          fmt::format("{}: no drift: the true path, {:.6g} m, has no segment of {:.6g} m "
+                      "(--drift-length-m)",
+                      place(score), path_m, options_.drift_lengths_m.front()));
+    if (drift.num_lost > 0)
+      score.notes.push_back(
+          fmt::format("{}: {} of {} segments have an end without pose and are not in the drift",
+                      place(score), drift.num_lost, num_segments));
+    if (drift.num_unjudged > 0)
+      score.notes.push_back(
+          fmt::format("{}: {} of {} segments have an end without truth and are not in the drift",
+                      place(score), drift.num_unjudged, num_segments));
+  }
+
   void add_drift(const ComparedPaths& paths, double scale, SubjectScore& score) const {
     const std::vector<double>& lengths_m = options_.drift_lengths_m;
-    const Drift drift = drift_of(paths.truth, paths.found, scale, paths.times_s, lengths_m,
-                                 static_cast<std::size_t>(options_.drift_stride_frames));
-    if (drift.segments.empty())
-      score.notes.push_back(
-          fmt::format("{}: no segment of {:.6g} m could be compared, the true path being {:.6g} m "
-                      "long: no drift "
-                      "(--drift-length-m)",
-                      place(score), lengths_m.front(), path_lengths_m(paths.truth).back()));
-    if (drift.num_lost > 0)
-      score.notes.push_back(fmt::format(
-          "{}: {} of {} segments have an end without pose and are not in the drift", place(score),
-          drift.num_lost, static_cast<std::int64_t>(drift.segments.size()) + drift.num_lost));
+    const Drift drift = drift_of(paths.truth, paths.found, scale, paths.times_s, paths.path_m,
+                                 lengths_m, static_cast<std::size_t>(options_.drift_stride_frames));
+    note_drift(drift, paths.path_m.back(), score);
     std::vector<Sum> share(lengths_m.size()), turn(lengths_m.size());
     auto frame = score.frames.begin();
     for (const DriftSegment& segment : drift.segments) {
