@@ -90,9 +90,9 @@ const char* type_name(const std::vector<AnyValue>*) { return "list of values"; }
 /// The unit in a name's suffix: `focal_length_mm` is in mm, `speed_m_per_s` and `speed_mps` in m/s.
 std::string unit_of(std::string_view name) {
   static constexpr std::string_view kUnits[] = {
-      "bytes", "cm",  "db", "deg", "h",  "hz", "kg", "km",      "km2",     "m",  "m2",
-      "m3",    "min", "mm", "ms",  "nm", "ns", "pa", "percent", "ppm",     "px", "rad",
-      "s",     "um",  "us", "lux", "k",  "dn", "e",  "ev",      "permille"};
+      "bytes", "cm",  "db", "deg", "h",   "hz", "kg", "km",      "km2", "m",       "m2",
+      "m3",    "min", "mm", "ms",  "nm",  "ns", "pa", "percent", "ppb", "ppm",     "px",
+      "rad",   "s",   "um", "us",  "lux", "k",  "dn", "e",       "ev",  "permille"};
   const auto last_word = [](std::string_view text) {
     return text.substr(text.rfind('_') + 1);  // npos + 1 is 0
   };

@@ -193,8 +193,8 @@ class EventStream {
 
   /// Why sums of events from frame to frame are not the images' change of light; empty: they are.
   std::string why_not_light() const {
-    // The low-pass runs after the light: up to a fifth of a frame it leaves the median of moving texture within the slack.
-    constexpr double kMostLag_frames = 0.2;
+    // The low-pass runs after the light; how far it is behind depends on how fast texture moves.
+    constexpr double kMostLag_frames = 0.02;
     const double frame_s = 1.0 / sequence_.rate_hz;
     if (settings_.cutoff_hz > 0.0) {
       const double lag_s =
